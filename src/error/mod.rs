@@ -1,0 +1,1 @@
+//! Typed errors: what failed, in which file and element, and what to do about it.

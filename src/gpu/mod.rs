@@ -1,0 +1,1 @@
+//! The GPU side: device, kernels, buffers by lifetime.
