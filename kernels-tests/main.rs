@@ -1,1 +1,3 @@
-fn main(){}
+//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
+
+mod layout;

@@ -1,1 +1,9 @@
 //! Typed errors: what failed, in which file and element, and what to do about it.
+
+mod field;
+mod rig;
+mod setup;
+
+pub use field::{FieldError, HrbfError};
+pub use rig::{MuscleError, MuscleFileError, PoseError, RigError};
+pub use setup::SetupError;
