@@ -1,5 +1,9 @@
 //! Scalar fields: 0..=1 with compact support, surface at 0.5, gradient inward. Raw distances are negative inside.
 
+pub mod grid;
+pub mod hrbf;
+pub mod poisson;
+
 use glam::Vec3;
 
 /// A field's value and gradient at one point.
