@@ -1,1 +1,6 @@
 //! The GPU side: device, kernels, buffers by lifetime.
+
+mod headless;
+pub mod readback;
+
+pub use headless::{DeviceChoice, Headless, adapters};
