@@ -7,3 +7,6 @@ mod setup;
 pub use field::{FieldError, HrbfError};
 pub use rig::{MuscleError, MuscleFileError, PoseError, RigError};
 pub use setup::SetupError;
+mod device;
+
+pub use device::DeviceError;

@@ -12,3 +12,9 @@ pub use instance::{Batch, Instance};
 pub use kernels::Kernels;
 pub use output::{Output, OutputLayout};
 pub use rig_buffers::RigBuffers;
+//! The GPU side: device, kernels, buffers by lifetime.
+
+mod headless;
+pub mod readback;
+
+pub use headless::{DeviceChoice, Headless, adapters};
