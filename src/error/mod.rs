@@ -10,3 +10,6 @@ pub use setup::SetupError;
 mod device;
 
 pub use device::DeviceError;
+mod output;
+
+pub use output::OutputError;

@@ -1,1 +1,6 @@
 //! Files in and out.
+
+pub mod atomic;
+pub mod obj;
+pub mod pc2;
+pub mod png;
