@@ -1,7 +1,12 @@
 //! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod field_sample;
 mod layout;
-//! Everything that needs a device, the command, or the sources: one binary, one shared device.
-#![allow(clippy::unwrap_used)]
-
+mod march;
+mod muscle_shape;
+mod normals;
 mod repo;
+mod skin_dual_quaternion;
+mod skin_linear;
+mod support;
