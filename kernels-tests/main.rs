@@ -10,3 +10,4 @@ mod repo;
 mod skin_dual_quaternion;
 mod skin_linear;
 mod support;
+fn main() {}

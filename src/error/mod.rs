@@ -2,12 +2,14 @@
 
 mod device;
 mod field;
+mod gltf;
 mod output;
 mod rig;
 mod setup;
 
 pub use device::DeviceError;
 pub use field::{FieldError, HrbfError};
+pub use gltf::{ClipError, GltfError};
 pub use output::OutputError;
 pub use rig::{MuscleError, MuscleFileError, PoseError, RigError};
 pub use setup::SetupError;

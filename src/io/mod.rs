@@ -4,3 +4,4 @@ pub mod atomic;
 pub mod obj;
 pub mod pc2;
 pub mod png;
+pub mod gltf;
