@@ -3,7 +3,6 @@
 //! Everything a kernel also computes is written with plain `+ - * / sqrt` in a fixed order, so that a CPU twin
 //! and its kernel agree to the bit where the driver does not fuse multiplications and additions.
 
-
 use glam::{Mat4, Vec4};
 
 /// A Rust type with a WGSL counterpart of the same size and alignment.
