@@ -3,3 +3,9 @@
 mod device;
 
 pub use device::DeviceError;
+mod clip;
+mod gltf;
+
+pub use clip::ClipError;
+pub use gltf::GltfError;
+pub(crate) use gltf::one_line;
