@@ -27,3 +27,4 @@ fn main() -> ExitCode {
         Err(failure) => failure.report(),
     }
 }
+fn main() {}

@@ -1,1 +1,20 @@
+//! The GPU side, objects by lifetime: [`Kernels`] once per device, [`RigBuffers`] once per character, [`Instance`] or
+//! [`Batch`] per thing that moves, poses and options per frame.
+//!
+//! On this path the library never submits, polls, maps or makes a device.
+
+mod instance;
+mod kernels;
+mod output;
+mod rig_buffers;
+
+pub use instance::{Batch, Instance};
+pub use kernels::Kernels;
+pub use output::{Output, OutputLayout};
+pub use rig_buffers::RigBuffers;
 //! The GPU side: device, kernels, buffers by lifetime.
+
+mod headless;
+pub mod readback;
+
+pub use headless::{DeviceChoice, Headless, adapters};
