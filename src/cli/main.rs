@@ -4,9 +4,19 @@
 //! 2 wrong usage of flags, 3 bad input or output, 4 no device.
 
 mod args;
+mod bake;
+mod deform;
+mod demo;
+#[cfg(feature = "gpu")]
+mod device;
+mod doctor;
 mod failure;
+mod inspect;
+mod load;
+mod parity;
 mod print;
 mod progress;
+mod render;
 
 use args::{Args, Verb};
 use clap::Parser;
@@ -27,4 +37,3 @@ fn main() -> ExitCode {
         Err(failure) => failure.report(),
     }
 }
-fn main() {}

@@ -1,0 +1,1 @@
+pub fn run(_: &crate::args::Render) -> Result<(), crate::failure::Failure> { Ok(()) }
