@@ -3,3 +3,4 @@
 
 mod layout;
 mod repo;
+fn main() {}

@@ -37,3 +37,4 @@ fn main() -> ExitCode {
         Err(failure) => failure.report(),
     }
 }
+fn main() {}

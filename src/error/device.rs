@@ -35,7 +35,9 @@ pub enum DeviceError {
         reason: String,
     },
     /// Submitted work did not finish in time.
-    #[error("adapter {adapter} did not finish its work within {seconds} s: ask for less per frame or choose another device")]
+    #[error(
+        "adapter {adapter} did not finish its work within {seconds} s: ask for less per frame or choose another device"
+    )]
     Timeout {
         /// Name of the adapter.
         adapter: String,

@@ -70,8 +70,7 @@ pub fn read_rgba(headless: &Headless, texture: &wgpu::Texture) -> Result<Vec<u8>
         headless,
         bytes,
         |encoder, staging| {
-            let layout =
-                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
+            let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
             encoder.copy_texture_to_buffer(
                 texture.as_image_copy(),
                 wgpu::TexelCopyBufferInfo { buffer: staging, layout },
@@ -108,7 +107,8 @@ fn staged<R>(
             mapped_at_creation: false,
         })
     });
-    let mut encoder = headless.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("readback") });
+    let mut encoder =
+        headless.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("readback") });
     copy(&mut encoder, &staging);
     headless.queue.submit([encoder.finish()]);
     let (sender, receiver) = mpsc::channel();
