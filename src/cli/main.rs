@@ -17,6 +17,8 @@ mod parity;
 mod print;
 mod progress;
 mod render;
+#[cfg(feature = "gpu")]
+mod studio;
 
 use args::{Args, Verb};
 use clap::Parser;
@@ -37,4 +39,3 @@ fn main() -> ExitCode {
         Err(failure) => failure.report(),
     }
 }
-fn main() {}
