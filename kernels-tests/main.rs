@@ -4,3 +4,14 @@
 mod layout;
 mod repo;
 fn main() {}
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod field_sample;
+mod layout;
+mod march;
+mod muscle_shape;
+mod normals;
+mod repo;
+mod skin_dual_quaternion;
+mod skin_linear;
+mod support;

@@ -30,7 +30,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("extract", &["rig", "field"]),
     ("catalogue", &["rig"]),
 ];
-const STAGE: &[&str] = &["rig", "field", "math"];
+/// Stages read the schedule's plain options, so that their parameters are derived once for both sides.
+const STAGE: &[&str] = &["rig", "field", "math", "schedule"];
 
 /// Macros that stand at the crate's root, with their rooms.
 const ROOT_MACROS: &[(&str, &str)] = &[("gpu_struct", "math")];

@@ -3,7 +3,6 @@
 //! Everything a kernel also computes is written with plain `+ - * / sqrt` in a fixed order, so that a CPU twin
 //! and its kernel agree to the bit where the driver does not fuse multiplications and additions.
 
-
 use glam::{DMat3, DQuat, Mat4, Quat, Vec3, Vec4};
 
 /// A Rust type with a WGSL counterpart of the same size and alignment.
@@ -118,7 +117,8 @@ pub fn polar(m: &Mat4) -> (Quat, Vec3, Mat4) {
     let mut r = a * (1.0 / size);
     for _ in 0..64 {
         let next = (r + r.inverse().transpose()) * 0.5;
-        let change = (next.x_axis - r.x_axis).length() + (next.y_axis - r.y_axis).length() + (next.z_axis - r.z_axis).length();
+        let change =
+            (next.x_axis - r.x_axis).length() + (next.y_axis - r.y_axis).length() + (next.z_axis - r.z_axis).length();
         r = next;
         if change < 1e-14 {
             break;

@@ -40,7 +40,9 @@ pub enum MuscleError {
         nearest: String,
     },
     /// A bone whose field was not fitted.
-    #[error("muscle `{muscle}`: bone `{bone}` carries no skin field, so no skin could follow; name a bone that moves skin")]
+    #[error(
+        "muscle `{muscle}`: bone `{bone}` carries no skin field, so no skin could follow; name a bone that moves skin"
+    )]
     NoField {
         /// Name of the muscle.
         muscle: String,
@@ -88,7 +90,9 @@ pub enum MuscleFileError {
 #[non_exhaustive]
 pub enum PoseError {
     /// Another character's pose.
-    #[error("the pose has {given} joint matrices and the character {needed} joints; sample it from the character's own scene")]
+    #[error(
+        "the pose has {given} joint matrices and the character {needed} joints; sample it from the character's own scene"
+    )]
     JointCount {
         /// Matrices given.
         given: usize,

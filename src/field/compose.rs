@@ -45,10 +45,20 @@ mod tests {
 
     #[test]
     fn check_values_of_the_background() {
-        for (limb, muscle, expected) in
-            [(0.3, 0.3, 0.336754), (0.5, 0.5, 0.561257), (0.2, 0.8, 0.612875), (0.55, 0.7, 0.662663), (0.6, 0.55, 0.635297), (0.05, 1.0, 0.606663), (0.9, 0.9, 0.9)]
-        {
-            assert!((detail(limb, muscle).0 - expected).abs() < 2e-6, "D({limb}, {muscle}) = {}", detail(limb, muscle).0);
+        for (limb, muscle, expected) in [
+            (0.3, 0.3, 0.336754),
+            (0.5, 0.5, 0.561257),
+            (0.2, 0.8, 0.612875),
+            (0.55, 0.7, 0.662663),
+            (0.6, 0.55, 0.635297),
+            (0.05, 1.0, 0.606663),
+            (0.9, 0.9, 0.9),
+        ] {
+            assert!(
+                (detail(limb, muscle).0 - expected).abs() < 2e-6,
+                "D({limb}, {muscle}) = {}",
+                detail(limb, muscle).0
+            );
         }
         let (_, by_limb, by_muscle) = detail(0.2, 0.8);
         assert!((by_limb - 0.068255).abs() < 1e-5 && (by_muscle - 0.003386).abs() < 1e-5);
@@ -91,7 +101,10 @@ mod tests {
                 let (_, by_limb, by_muscle) = detail(limb, muscle);
                 let measured_limb = (detail(limb + h, muscle).0 - detail(limb - h, muscle).0) / (2.0 * h);
                 let measured_muscle = (detail(limb, muscle + h).0 - detail(limb, muscle - h).0) / (2.0 * h);
-                assert!((by_limb - measured_limb).abs() < 2e-3, "d/dlimb at ({limb}, {muscle}): {by_limb} {measured_limb}");
+                assert!(
+                    (by_limb - measured_limb).abs() < 2e-3,
+                    "d/dlimb at ({limb}, {muscle}): {by_limb} {measured_limb}"
+                );
                 assert!((by_muscle - measured_muscle).abs() < 2e-3, "d/dmuscle at ({limb}, {muscle})");
             }
         }

@@ -127,8 +127,8 @@ fn raw(muscle: &MuscleFrame, q: Vec3) -> Option<(f32, Vec3, f32, Vec3)> {
     let radius = width * phi * polar;
     let inside_span = if along > 0.0 && along < 1.0 { muscle.axis.w } else { 0.0 };
     let polar_slope = cosine * (muscle.long_squared - muscle.short_squared) * polar * polar * polar;
-    let radius_gradient =
-        axis * (width * phi_slope * polar * inside_span) + (normal - outward * cosine) * (width * phi * polar_slope / d);
+    let radius_gradient = axis * (width * phi_slope * polar * inside_span)
+        + (normal - outward * cosine) * (width * phi * polar_slope / d);
     Some((d, outward, radius, radius_gradient))
 }
 
@@ -254,13 +254,20 @@ mod tests {
             for beta in 2..=9 {
                 let scale = profile_scale(alpha, beta);
                 let n = 4000;
-                let sum: f64 = (0..n)
-                    .map(|i| f64::from(profile(alpha, beta, scale, (i as f32 + 0.5) / n as f32).0).powi(2))
-                    .sum();
+                let sum: f64 =
+                    (0..n).map(|i| f64::from(profile(alpha, beta, scale, (i as f32 + 0.5) / n as f32).0).powi(2)).sum();
                 assert!((sum / f64::from(n) - 1.0).abs() < 1e-5, "({alpha}, {beta}): {}", sum / f64::from(n));
             }
         }
-        for (alpha, beta, max) in [(3, 3, 1.56874), (4, 7, 1.93108), (4, 8, 2.00610), (2, 3, 1.51807), (3, 9, 2.14060), (9, 9, 2.14903), (2, 2, 1.36931)] {
+        for (alpha, beta, max) in [
+            (3, 3, 1.56874),
+            (4, 7, 1.93108),
+            (4, 8, 2.00610),
+            (2, 3, 1.51807),
+            (3, 9, 2.14060),
+            (9, 9, 2.14903),
+            (2, 2, 1.36931),
+        ] {
             assert!((profile_max(alpha, beta) - max).abs() < 2e-5, "({alpha}, {beta}): {}", profile_max(alpha, beta));
         }
     }
@@ -332,7 +339,10 @@ mod tests {
             let long = m.normal.w * profile(3, 4, m.profile_scale, s).0 * m.long_squared.sqrt();
             let value = evaluate(&m, on_axis + m.normal.xyz() * long).value;
             assert!((value - 0.5).abs() < 1e-4, "s = {s}: {value}");
-            assert!((evaluate(&m, on_axis + m.normal.xyz() * (long + 1e-3)).value - 0.5).abs() > 1e-3, "off the surface");
+            assert!(
+                (evaluate(&m, on_axis + m.normal.xyz() * (long + 1e-3)).value - 0.5).abs() > 1e-3,
+                "off the surface"
+            );
         }
     }
 

@@ -155,6 +155,13 @@ impl Headless {
         }
     }
 
+    /// Records commands and submits them; [`wait`](Headless::wait) or a readback waits for them.
+    pub fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("sinew") });
+        record(&mut encoder);
+        self.queue.submit([encoder.finish()]);
+    }
+
     /// Waits until everything submitted so far is done.
     ///
     /// # Errors

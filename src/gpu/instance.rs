@@ -138,9 +138,9 @@ impl Batch {
         let mut pass = encoder
             .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes: None });
         for step in &self.steps {
-            let Some(prepared) = self.pipelines.iter().find(|p| {
-                p.kernel == step.kernel && (p.reads.is_none() || p.reads == step.reads)
-            }) else {
+            let Some(prepared) =
+                self.pipelines.iter().find(|p| p.kernel == step.kernel && (p.reads.is_none() || p.reads == step.reads))
+            else {
                 continue;
             };
             let threads = u64::from(step.items) * u64::from(self.count);

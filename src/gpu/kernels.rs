@@ -67,7 +67,8 @@ impl Kernels {
             .iter()
             .enumerate()
             .map(|(slot, binding)| {
-                let (_, buffer) = buffers.iter().find(|(n, _)| *n == binding.name).ok_or_else(|| wrong(binding.name))?;
+                let (_, buffer) =
+                    buffers.iter().find(|(n, _)| *n == binding.name).ok_or_else(|| wrong(binding.name))?;
                 Ok(wgpu::BindGroupEntry { binding: slot as u32, resource: buffer.as_entire_binding() })
             })
             .collect::<Result<Vec<_>, SetupError>>()?;

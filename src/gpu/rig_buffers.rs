@@ -95,7 +95,13 @@ pub fn fits(limits: &wgpu::Limits, what: &str, bytes: u64) -> Result<(), SetupEr
         ("maxBufferSize", limits.max_buffer_size),
     ] {
         if bytes > had {
-            return Err(SetupError::Limit { what: format!("{what} ({bytes} bytes)"), needed: bytes, limit, had, remedy });
+            return Err(SetupError::Limit {
+                what: format!("{what} ({bytes} bytes)"),
+                needed: bytes,
+                limit,
+                had,
+                remedy,
+            });
         }
     }
     Ok(())

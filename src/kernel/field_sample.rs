@@ -1,7 +1,11 @@
 //! The field at given points; twin [`crate::tracking::sample`].
 
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
-use crate::{field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame}, schedule::KernelId, tracking::SampleParams};
+use crate::{
+    field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame},
+    schedule::KernelId,
+    tracking::SampleParams,
+};
 
 pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::FieldSample,
@@ -13,6 +17,8 @@ pub(super) const KERNEL: Kernel = Kernel {
     twin: "tracking::sample",
 };
 
-const STRUCTS: &[SharedStruct] = &[shared::<SampleParams>(), shared::<GroupGrid>(), shared::<GroupFrame>(), shared::<MuscleFrame>()];
+const STRUCTS: &[SharedStruct] =
+    &[shared::<SampleParams>(), shared::<GroupGrid>(), shared::<GroupFrame>(), shared::<MuscleFrame>()];
 
-const BINDINGS: &[Binding] = &[uniform("params"), read("groups"), read("nodes"), read("muscles"), read("points"), write("samples")];
+const BINDINGS: &[Binding] =
+    &[uniform("params"), read("groups"), read("nodes"), read("muscles"), read("points"), write("samples")];

@@ -1,7 +1,12 @@
 //! Vertices to their rest iso-value; twin [`crate::tracking::march`].
 
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
-use crate::{field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame}, rig::VertexTarget, schedule::KernelId, tracking::{MarchParams, MarchReport}};
+use crate::{
+    field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame},
+    rig::VertexTarget,
+    schedule::KernelId,
+    tracking::{MarchParams, MarchReport},
+};
 
 pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::March,
@@ -13,6 +18,22 @@ pub(super) const KERNEL: Kernel = Kernel {
     twin: "tracking::march",
 };
 
-const STRUCTS: &[SharedStruct] = &[shared::<MarchParams>(), shared::<GroupGrid>(), shared::<GroupFrame>(), shared::<MuscleFrame>(), shared::<VertexTarget>(), shared::<MarchReport>()];
+const STRUCTS: &[SharedStruct] = &[
+    shared::<MarchParams>(),
+    shared::<GroupGrid>(),
+    shared::<GroupFrame>(),
+    shared::<MuscleFrame>(),
+    shared::<VertexTarget>(),
+    shared::<MarchReport>(),
+];
 
-const BINDINGS: &[Binding] = &[uniform("params"), read("groups"), read("nodes"), read("muscles"), read("targets"), read("skinned"), write("tracked"), write("reports")];
+const BINDINGS: &[Binding] = &[
+    uniform("params"),
+    read("groups"),
+    read("nodes"),
+    read("muscles"),
+    read("targets"),
+    read("skinned"),
+    write("tracked"),
+    write("reports"),
+];

@@ -1,7 +1,16 @@
 //! Muscles at one moment; twin [`crate::wrap::shape`].
 
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
-use crate::{field::{GroupGrid, evaluate::GroupFrame, muscle::{MuscleFrame, MuscleRest}}, rig::JointFrame, schedule::KernelId, wrap::MuscleParams};
+use crate::{
+    field::{
+        GroupGrid,
+        evaluate::GroupFrame,
+        muscle::{MuscleFrame, MuscleRest},
+    },
+    rig::JointFrame,
+    schedule::KernelId,
+    wrap::MuscleParams,
+};
 
 pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleShape,
@@ -13,6 +22,14 @@ pub(super) const KERNEL: Kernel = Kernel {
     twin: "wrap::shape",
 };
 
-const STRUCTS: &[SharedStruct] = &[shared::<MuscleParams>(), shared::<MuscleRest>(), shared::<JointFrame>(), shared::<GroupGrid>(), shared::<GroupFrame>(), shared::<MuscleFrame>()];
+const STRUCTS: &[SharedStruct] = &[
+    shared::<MuscleParams>(),
+    shared::<MuscleRest>(),
+    shared::<JointFrame>(),
+    shared::<GroupGrid>(),
+    shared::<GroupFrame>(),
+    shared::<MuscleFrame>(),
+];
 
-const BINDINGS: &[Binding] = &[uniform("params"), read("muscles_rest"), read("joints"), read("groups"), write("shaped")];
+const BINDINGS: &[Binding] =
+    &[uniform("params"), read("muscles_rest"), read("joints"), read("groups"), write("shaped")];

@@ -15,4 +15,5 @@ pub(super) const KERNEL: Kernel = Kernel {
 
 const STRUCTS: &[SharedStruct] = &[shared::<NormalParams>()];
 
-const BINDINGS: &[Binding] = &[uniform("params"), read("triangles"), read("offsets"), read("members"), read("positions"), write("vertices")];
+const BINDINGS: &[Binding] =
+    &[uniform("params"), read("triangles"), read("offsets"), read("members"), read("positions"), write("vertices")];

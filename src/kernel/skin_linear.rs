@@ -1,7 +1,11 @@
 //! Linear blend skinning; twin [`crate::skinning::linear`].
 
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
-use crate::{rig::{Influence, JointFrame}, schedule::KernelId, skinning::VertexParams};
+use crate::{
+    rig::{Influence, JointFrame},
+    schedule::KernelId,
+    skinning::VertexParams,
+};
 
 pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::SkinLinear,
@@ -15,4 +19,5 @@ pub(super) const KERNEL: Kernel = Kernel {
 
 const STRUCTS: &[SharedStruct] = &[shared::<VertexParams>(), shared::<JointFrame>(), shared::<Influence>()];
 
-const BINDINGS: &[Binding] = &[uniform("params"), read("joints"), read("positions_rest"), read("offsets"), read("influences"), write("skinned")];
+const BINDINGS: &[Binding] =
+    &[uniform("params"), read("joints"), read("positions_rest"), read("offsets"), read("influences"), write("skinned")];

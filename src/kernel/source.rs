@@ -39,7 +39,10 @@ pub struct Assembled {
 impl Assembled {
     /// The file and its own line, from 1, that a line of the whole text came from.
     pub fn locate(&self, line: usize) -> Option<(&str, usize)> {
-        self.files.iter().find(|(_, lines)| lines.contains(&line)).map(|(file, lines)| (file.as_str(), line - lines.start + 1))
+        self.files
+            .iter()
+            .find(|(_, lines)| lines.contains(&line))
+            .map(|(file, lines)| (file.as_str(), line - lines.start + 1))
     }
 }
 

@@ -73,8 +73,7 @@ impl Rig {
     pub fn build(character: Character, muscles: &[MuscleSpec], options: &BuildOptions) -> Result<Rig, RigError> {
         check(&character).map_err(|what| RigError::Character { character: character.name.clone(), what })?;
         let groups = FieldGroups::detect(&character);
-        let fields =
-            if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
+        let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
         let mut resolved = muscles
             .iter()
             .filter(|_| options.fields)
@@ -119,8 +118,7 @@ impl Rig {
         self.targets = (0..self.character.vertex_count())
             .into_par_iter()
             .map(|v| {
-                let found =
-                    evaluate::composed(&inputs.groups, &self.nodes, &shaped, self.positions_rest[v].xyz());
+                let found = evaluate::composed(&inputs.groups, &self.nodes, &shaped, self.positions_rest[v].xyz());
                 VertexTarget { iso: found.sample.value, follows: self.holds(v, &found).into() }
             })
             .collect();
@@ -140,9 +138,7 @@ impl Rig {
             .sum();
         let slope = found.sample.gradient.length();
         let facing = -found.sample.gradient.dot(self.character.normals_rest[vertex]);
-        passive <= 0.98
-            && slope * self.grids[found.group as usize].support_radius >= 0.1
-            && facing >= 0.3 * slope
+        passive <= 0.98 && slope * self.grids[found.group as usize].support_radius >= 0.1 && facing >= 0.3 * slope
     }
 
     fn is_passive(&self, group: u32) -> bool {
@@ -161,7 +157,9 @@ fn check(character: &Character) -> Result<(), String> {
         || character.influence_offsets.windows(2).any(|w| w[0] > w[1])
         || character.influence_offsets.last().copied() != Some(character.influences.len() as u32)
     {
-        return Err("influence_offsets must ascend from 0 to the number of influences, one longer than the vertices".into());
+        return Err(
+            "influence_offsets must ascend from 0 to the number of influences, one longer than the vertices".into()
+        );
     }
     if let Some(v) = character.positions_rest.iter().position(|p| !p.is_finite()) {
         return Err(format!("the position of vertex {v} is not finite"));

@@ -161,7 +161,9 @@ width = 0.02
         assert!(failure(&GOOD.replace("width", "widht")).starts_with("arm.muscles.toml:7:1: unknown field `widht`"));
         assert!(failure(&GOOD.replace("0.02\n", "\"wide\"\n")).starts_with("arm.muscles.toml:7:9: invalid type"));
         assert!(failure(&GOOD.replace("width = 0.02", "")).contains("needs `width`"));
-        assert!(failure(&format!("{GOOD}volume = 1e-4\n")).starts_with("arm.muscles.toml:8:10: muscle `biceps` has both"));
+        assert!(
+            failure(&format!("{GOOD}volume = 1e-4\n")).starts_with("arm.muscles.toml:8:10: muscle `biceps` has both")
+        );
         assert!(failure(&format!("{GOOD}{GOOD}")).contains("stands twice"));
         assert!(failure("[[muscle]").starts_with("arm.muscles.toml:1:"));
         for text in ["", GOOD] {

@@ -3,10 +3,10 @@
 use super::shape::Shape;
 use super::{FieldGroups, Group};
 use crate::error::{FieldError, HrbfError};
+use crate::field::GroupGrid;
 use crate::field::grid::{self, FilledGrid};
 use crate::field::hrbf::{HermiteSample, Hrbf};
 use crate::field::poisson::{self, SurfaceSample};
-use crate::field::GroupGrid;
 use crate::rig::Character;
 use glam::{DMat3, Vec4};
 use rayon::prelude::*;
@@ -87,11 +87,7 @@ pub struct Fields {
 ///
 /// # Errors
 /// Refuses options out of range, groups whose samples cannot be interpolated, and grids beyond 32-bit indices.
-pub fn build_fields(
-    character: &Character,
-    groups: &FieldGroups,
-    options: &FieldOptions,
-) -> Result<Fields, FieldError> {
+pub fn build_fields(character: &Character, groups: &FieldGroups, options: &FieldOptions) -> Result<Fields, FieldError> {
     let samples = options.samples.unwrap_or(SAMPLES[usize::from(groups.groups.len() > LIMB_GROUPS)]);
     let check = |option, given, least, most| match (least..=most).contains(&given) {
         true => Ok(()),

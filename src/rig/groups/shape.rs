@@ -79,7 +79,8 @@ impl Shape {
         let points: Vec<DVec3> = vertices.iter().map(|&v| character.positions_rest[v as usize].as_dvec3()).collect();
         let start = joint_position(character, first_joint(character, groups, g));
         let children: Vec<u32> = groups.children(g).collect();
-        let towards = main_child(groups, g, &children).map(|c| joint_position(character, first_joint(character, groups, c)));
+        let towards =
+            main_child(groups, g, &children).map(|c| joint_position(character, first_joint(character, groups, c)));
         let centroid = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
         let height = f64::from(character.height_rest());
         let (axis, length) = match towards.map(|t| t - start).filter(|d| d.length() > 0.01 * height) {
@@ -125,14 +126,11 @@ impl Shape {
 
     /// Points beyond the joints that close the surface.
     pub fn caps(&self) -> Vec<HermiteSample> {
-        let own = self.has_parent.then(|| HermiteSample {
-            position: self.start - self.axis * self.junction_radius,
-            normal: -self.axis,
-        });
-        let below = self
-            .children
-            .iter()
-            .map(|c| HermiteSample { position: c.joint + c.outward * c.radius, normal: c.outward });
+        let own = self
+            .has_parent
+            .then(|| HermiteSample { position: self.start - self.axis * self.junction_radius, normal: -self.axis });
+        let below =
+            self.children.iter().map(|c| HermiteSample { position: c.joint + c.outward * c.radius, normal: c.outward });
         own.into_iter().chain(below).collect()
     }
 }

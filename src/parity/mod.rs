@@ -3,6 +3,12 @@
 //! The two sides have types of their own, so that a result cannot be compared with itself. Tolerances stand here,
 //! each with its reason.
 
+#[cfg(feature = "gpu")]
+mod capture;
+
+#[cfg(feature = "gpu")]
+pub use capture::capture;
+
 use crate::{
     field::muscle::MuscleFrame,
     reference::Trace,
@@ -239,7 +245,8 @@ mod tests {
             normals: vec![Vec4::Y; 100],
         };
         let vertices: Vec<[f32; 6]> = line(100).iter().map(|p| [p.x, p.y, p.z, 0.0, 1.0, 0.0]).collect();
-        let mut gpu = GpuResult { skinned: line(100), tracked: line(100), reports: stopped(1), vertices, ..GpuResult::default() };
+        let mut gpu =
+            GpuResult { skinned: line(100), tracked: line(100), reports: stopped(1), vertices, ..GpuResult::default() };
         assert!(compare(&gpu, CpuResult(&trace), 1.0).iter().all(|s| s.pass));
         gpu.reports[7].stop = 3;
         let stages = compare(&gpu, CpuResult(&trace), 1.0);
