@@ -1,5 +1,6 @@
 //! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device,
 //! one test on it at a time.
+//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod field_sample;

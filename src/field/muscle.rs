@@ -122,7 +122,7 @@ fn raw(muscle: &MuscleFrame, q: Vec3) -> Option<(f32, Vec3, f32, Vec3)> {
     let normal = muscle.normal.xyz();
     let cosine = outward.dot(normal);
     let squared = cosine * cosine;
-    let polar = 1.0 / (muscle.short_squared * squared + muscle.long_squared * (1.0 - squared)).sqrt();
+    let polar = muscle.polar(squared);
     let width = muscle.normal.w;
     let radius = width * phi * polar;
     let inside_span = if along > 0.0 && along < 1.0 { muscle.axis.w } else { 0.0 };
@@ -202,6 +202,20 @@ fn across(wanted: Vec3, axis: Vec3) -> Vec3 {
     let other = if axis.x.abs() < 0.7 { Vec3::X } else { Vec3::Y };
     let flat = other - axis * other.dot(axis);
     flat / flat.length()
+}
+
+impl MuscleFrame {
+    /// Distance from the axis to the surface, metres, at share `s` of the length and in a direction across the axis whose
+    /// cosine to the section's long axis is `cosine` (equations 2 and 5).
+    pub fn radius(&self, s: f32, cosine: f32) -> f32 {
+        self.normal.w * profile(self.alpha, self.beta, self.profile_scale, s).0 * self.polar(cosine * cosine)
+    }
+
+    /// The unit-area ellipse's radius at a squared cosine to its long axis (equation 5).
+    #[inline]
+    fn polar(&self, squared: f32) -> f32 {
+        1.0 / (self.short_squared * squared + self.long_squared * (1.0 - squared)).sqrt()
+    }
 }
 
 impl MuscleRest {
