@@ -3,7 +3,9 @@
 //! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod doors;
 mod field_sample;
+mod frame;
 mod layout;
 mod march;
 mod muscle_shape;
