@@ -187,5 +187,6 @@ fn locate(value: &Value, error: &serde_json::Error, cx: &Context) -> GltfError {
             None => {}
         }
     }
-    json_error(cx, "JSON", error)
+    let element = if value.get("scene").is_some_and(|scene| !scene.is_u64()) { "scene" } else { "JSON" };
+    json_error(cx, element, error)
 }
