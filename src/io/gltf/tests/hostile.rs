@@ -1,6 +1,7 @@
 //! Files made to hurt: every byte may be wrong.
 
 use super::builder::{F32, Glb, U8};
+use crate::clip::ClipChoice;
 use crate::error::GltfError;
 use crate::io::gltf::from_bytes;
 use proptest::prelude::*;
@@ -123,8 +124,6 @@ fn survive(bytes: &[u8]) {
         assert_eq!(scene.pose(choice, scene.duration(choice) * 0.4).palette.len(), character.joints.len());
     }
 }
-
-use crate::clip::ClipChoice;
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]

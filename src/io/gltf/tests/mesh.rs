@@ -242,13 +242,23 @@ fn base_colours_and_textures_are_read() {
     assert_eq!((image.width, image.height, &image.rgba[..4]), (3, 2, &[255, 0, 0, 255][..]));
 }
 
+/// The checksum of a PNG chunk.
+fn crc(bytes: &[u8]) -> u32 {
+    let step = |crc: u32| if crc & 1 == 1 { 0xEDB8_8320 ^ (crc >> 1) } else { crc >> 1 };
+    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), |crc, _| step(crc)))
+}
+
 #[test]
 fn a_texture_that_cannot_be_read_is_noted_and_left_out() {
     let mut truncated = png(64, 64);
     truncated.truncate(60);
-    // A header that promises 100,000 x 100,000 pixels, with its checksum left as it was and mended.
+    // A header that promises 100,000 x 100,000 pixels, with the checksum that goes with it.
     let mut bomb = png(3, 2);
     bomb[16..24].copy_from_slice(&[0, 1, 134, 160, 0, 1, 134, 160]);
+    let checksum = crc(&bomb[12..29]);
+    bomb[29..33].copy_from_slice(&checksum.to_be_bytes());
+    let scene = textured(&bomb).read().unwrap();
+    assert!(scene.notes[0].starts_with("image 0: 100000 x 100000 pixels are more than"), "{:?}", scene.notes);
     for bytes in [truncated, bomb, b"no picture".to_vec(), png(8193, 1)] {
         let scene = textured(&bytes).read().unwrap();
         assert_eq!(scene.character.materials[0].texture, None);
