@@ -112,8 +112,26 @@ pub(super) struct Reading {
 
 /// Tokens that say nothing about the body.
 const FILLER: &[&str] = &[
-    "skeleton", "armature", "joint", "jnt", "bone", "def", "org", "bip", "biped", "mixamorig", "valve", "rig",
-    "cc", "base", "b", "j", "bn", "sk", "skin", "main",
+    "skeleton",
+    "armature",
+    "joint",
+    "jnt",
+    "bone",
+    "def",
+    "org",
+    "bip",
+    "biped",
+    "mixamorig",
+    "valve",
+    "rig",
+    "cc",
+    "base",
+    "b",
+    "j",
+    "bn",
+    "sk",
+    "skin",
+    "main",
 ];
 const TWIST: &[&str] = &["twist", "roll", "tw"];
 const CONTROL: &[&str] = &["ik", "fk", "pole", "target", "ctrl", "control", "controller", "handle"];

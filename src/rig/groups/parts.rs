@@ -92,13 +92,13 @@ fn next_in_chain(above: Option<Key>, reading: &Reading, limb: [BodyPart; 3]) -> 
 
 /// `shoulder` is an upper arm where the next arm joint below it is a forearm, and a clavicle otherwise.
 fn shoulder(character: &Character, readings: &[Reading], j: usize) -> BodyPart {
-    let first_below = (j + 1..character.joints.len())
-        .filter(|&k| ancestors(character, k).any(|a| a == j))
-        .find_map(|k| match readings[k].word {
+    let first_below = (j + 1..character.joints.len()).filter(|&k| ancestors(character, k).any(|a| a == j)).find_map(
+        |k| match readings[k].word {
             Word::Part(BodyPart::UpperArm) | Word::Arm => Some(BodyPart::Chest),
             Word::Part(BodyPart::Forearm) => Some(BodyPart::UpperArm),
             _ => None,
-        });
+        },
+    );
     first_below.unwrap_or(BodyPart::Chest)
 }
 
