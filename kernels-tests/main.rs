@@ -1,1 +1,15 @@
-fn main(){}
+//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device,
+//! one test on it at a time.
+//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod field_sample;
+mod layout;
+mod march;
+mod muscle_shape;
+mod normals;
+mod render;
+mod repo;
+mod skin_dual_quaternion;
+mod skin_linear;
+mod support;

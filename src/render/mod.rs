@@ -1,1 +1,24 @@
-//! Offscreen pictures.
+//! Offscreen pictures: skin, x-ray and muscles, with 4 samples a pixel, lit so that form shows.
+//!
+//! Objects by lifetime: [`Renderer`] per device, [`Targets`] per picture size, [`Look`] and [`SkinMesh`] per character,
+//! [`Frame`] per picture. The skin is drawn straight from the deformer's vertex buffer; only muscles, which are small,
+//! come from the host each frame.
+
+mod camera;
+mod frame;
+mod mesh;
+mod muscles;
+mod picture;
+mod renderer;
+pub mod shader;
+mod targets;
+mod tubes;
+
+pub use camera::{Camera, Direction};
+pub use frame::{Frame, Light, Surface, View};
+pub use mesh::{Look, MaterialParams, Run, SkinMesh, VERTEX_STRIDE, interleaved, vertex_buffer};
+pub use muscles::{muscle_mesh, muscle_meshes};
+pub use picture::{Picture, contact_sheet};
+pub use renderer::Renderer;
+pub use targets::Targets;
+pub use tubes::{Axis, ColorMesh, activation_color, tube};

@@ -127,9 +127,7 @@ impl Character {
 
     /// Corners of the smallest box around the vertices at rest.
     pub fn bounds_rest(&self) -> (Vec3, Vec3) {
-        self.positions_rest
-            .iter()
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)))
+        self.positions_rest.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)))
     }
 
     /// Longest side of the box at rest, the "height" that tolerances refer to.

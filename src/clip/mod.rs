@@ -1,6 +1,10 @@
 //! Animation of the file's nodes, sampled to a [`Pose`](crate::rig::Pose).
 
-use crate::rig::{Character, Image, Material, Pose};
+mod sample;
+
+pub(crate) use sample::node_globals;
+
+use crate::rig::Character;
 use glam::{Mat4, Quat, Vec2, Vec3};
 
 /// How a key reaches the next one.
@@ -25,12 +29,27 @@ pub enum Track {
     Scale(Vec<Vec3>),
 }
 
+impl Track {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        match self {
+            Track::Translation(values) | Track::Scale(values) => values.len(),
+            Track::Rotation(values) => values.len(),
+        }
+    }
+
+    /// Whether there are no values.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
 /// The keys of one property of one node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Index into [`Scene::nodes`].
     pub node: u32,
-    /// Key times in seconds, strictly ascending.
+    /// Key times in seconds, ascending; of equal ones the last counts.
     pub times: Vec<f32>,
     /// How the keys are joined.
     pub interpolation: Interpolation,

@@ -1,0 +1,209 @@
+//! Choosing a motion and sampling it. Transforms are composed in f64 and rounded once, at the end: down a chain of
+//! twenty joints f32 would already lose a tenth of the tolerance against other programs.
+
+use super::{Channel, Clip, ClipChoice, Interpolation, Local, Scene, Track};
+use crate::error::{ClipError, one_line};
+use crate::rig::Pose;
+use glam::{DMat4, DQuat, DVec3, DVec4, Quat, Vec3};
+
+/// Share of a frame by which a clip may end before its last frame: key times are rounded to f32.
+const FRAME_SLACK: f64 = 1e-3;
+
+impl Scene {
+    /// Finds a motion by name: `rest`, `default`, a clip's name, or its index. Without a name, the first clip that
+    /// moves anything, and [`ClipChoice::Default`] where there is none.
+    ///
+    /// # Errors
+    /// [`ClipError::Unknown`], which lists what there is.
+    pub fn choose_clip(&self, name: Option<&str>) -> Result<ClipChoice, ClipError> {
+        let Some(name) = name else {
+            let moving = self.clips.iter().position(|clip| !clip.channels.is_empty());
+            return Ok(moving.map_or(ClipChoice::Default, ClipChoice::Clip));
+        };
+        match name {
+            "rest" => return Ok(ClipChoice::Rest),
+            "default" => return Ok(ClipChoice::Default),
+            _ => {}
+        }
+        let by_name = self.clips.iter().position(|clip| clip.name == name);
+        let by_index = || name.parse::<usize>().ok().filter(|&index| index < self.clips.len());
+        by_name.or_else(by_index).map(ClipChoice::Clip).ok_or_else(|| ClipError::Unknown {
+            character: self.character.name.clone(),
+            wanted: one_line(name),
+            available: self.clips.iter().enumerate().map(|(i, clip)| format!(", {i} `{}`", clip.name)).collect(),
+        })
+    }
+
+    /// How long a motion lasts, seconds; 0 for the two poses that do not move.
+    pub fn duration(&self, choice: ClipChoice) -> f32 {
+        self.clip(choice).map_or(0.0, |clip| clip.end - clip.start)
+    }
+
+    /// How many frames a motion has: frame `k` is `k / fps` seconds after its start, and the last one is at or before
+    /// its end. Never 0.
+    pub fn frame_count(&self, choice: ClipChoice, fps: f32) -> u32 {
+        let frames = f64::from(self.duration(choice)) * f64::from(fps);
+        // The cast takes NaN to 0 and saturates.
+        ((frames + FRAME_SLACK).floor() as u32).saturating_add(1)
+    }
+
+    /// Where everything is, `time` seconds after the motion's start. Before its first and after its last key a channel
+    /// holds that key's value.
+    ///
+    /// [`ClipChoice::Rest`] has an identity palette; joint nodes are at the inverse of their inverse bind matrices and
+    /// other nodes keep their place relative to their parents. A clip that the scene does not have is
+    /// [`ClipChoice::Default`].
+    pub fn pose(&self, choice: ClipChoice, time: f32) -> Pose {
+        let globals = node_globals(self, choice, time);
+        let joints = &self.character.joints;
+        let palette = match choice {
+            ClipChoice::Rest => Pose::rest(&self.character).palette,
+            _ => joints.iter().map(|j| (globals[j.node as usize] * j.inverse_bind.as_dmat4()).as_mat4()).collect(),
+        };
+        Pose { palette, nodes: globals.iter().map(DMat4::as_mat4).collect(), time }
+    }
+
+    fn clip(&self, choice: ClipChoice) -> Option<&Clip> {
+        match choice {
+            ClipChoice::Clip(index) => self.clips.get(index),
+            ClipChoice::Rest | ClipChoice::Default => None,
+        }
+    }
+}
+
+/// The global transform of every node, see [`Scene::pose`].
+pub(crate) fn node_globals(scene: &Scene, choice: ClipChoice, time: f32) -> Vec<DMat4> {
+    let mut parts: Vec<Parts> = scene.nodes.iter().map(|node| Parts::of(&node.local)).collect();
+    if let Some(clip) = scene.clip(choice) {
+        let time = clip.start + if time.is_nan() { 0.0 } else { time };
+        for channel in &clip.channels {
+            if let Some(Parts::Animated(scale, rotation, translation)) = parts.get_mut(channel.node as usize) {
+                match channel.at(time) {
+                    Value::Translation(v) => *translation = v,
+                    Value::Rotation(q) => *rotation = q,
+                    Value::Scale(v) => *scale = v,
+                }
+            }
+        }
+    }
+    let mut bound: Vec<Option<DMat4>> = vec![None; scene.nodes.len()];
+    if choice == ClipChoice::Rest {
+        for joint in &scene.character.joints {
+            bound[joint.node as usize].get_or_insert_with(|| joint.inverse_bind.as_dmat4().inverse());
+        }
+    }
+    let mut globals = vec![DMat4::IDENTITY; scene.nodes.len()];
+    for &node in &scene.node_order {
+        let node = node as usize;
+        globals[node] = bound[node].unwrap_or_else(|| match scene.nodes[node].parent {
+            Some(parent) => globals[parent as usize] * parts[node].matrix(),
+            None => parts[node].matrix(),
+        });
+    }
+    globals
+}
+
+/// A node's transform while it is being animated: scale, rotation, translation.
+enum Parts {
+    Animated(DVec3, DQuat, DVec3),
+    Fixed(DMat4),
+}
+
+impl Parts {
+    fn of(local: &Local) -> Parts {
+        match *local {
+            Local::Parts { translation, rotation, scale } => {
+                Parts::Animated(scale.as_dvec3(), rotation.as_dquat().normalize(), translation.as_dvec3())
+            }
+            Local::Matrix(matrix) => Parts::Fixed(matrix.as_dmat4()),
+        }
+    }
+
+    fn matrix(&self) -> DMat4 {
+        match *self {
+            Parts::Animated(scale, rotation, translation) => {
+                DMat4::from_scale_rotation_translation(scale, rotation, translation)
+            }
+            Parts::Fixed(matrix) => matrix,
+        }
+    }
+}
+
+/// What a channel says at one time.
+enum Value {
+    Translation(DVec3),
+    Rotation(DQuat),
+    Scale(DVec3),
+}
+
+/// Where a time falls among the keys of a channel.
+enum Moment {
+    /// On this key, or held there.
+    At(usize),
+    /// Between this key and the next: share of the way in 0..1, and the seconds between them.
+    Between(usize, f64, f64),
+}
+
+impl Channel {
+    fn moment(&self, time: f32) -> Moment {
+        let after = self.times.partition_point(|&key| key <= time);
+        let Some(key) = after.checked_sub(1) else { return Moment::At(0) };
+        match self.times.get(after) {
+            Some(&next) if self.times[key] < time && self.interpolation != Interpolation::Step => {
+                let (from, to) = (f64::from(self.times[key]), f64::from(next));
+                Moment::Between(key, (f64::from(time) - from) / (to - from), to - from)
+            }
+            _ => Moment::At(key),
+        }
+    }
+
+    fn at(&self, time: f32) -> Value {
+        let moment = self.moment(time);
+        match &self.track {
+            Track::Translation(values) => Value::Translation(self.vector(values, &moment)),
+            Track::Scale(values) => Value::Scale(self.vector(values, &moment)),
+            Track::Rotation(values) => Value::Rotation(self.rotation(values, &moment)),
+        }
+    }
+
+    fn vector(&self, values: &[Vec3], moment: &Moment) -> DVec3 {
+        let value = |index: usize| values[index].as_dvec3();
+        let cubic = self.interpolation == Interpolation::CubicSpline;
+        match *moment {
+            Moment::At(key) => value(if cubic { 3 * key + 1 } else { key }),
+            Moment::Between(key, t, seconds) if cubic => {
+                hermite([3 * key + 1, 3 * key + 2, 3 * key + 3, 3 * key + 4].map(|i| value(i).extend(0.0)), t, seconds)
+                    .truncate()
+            }
+            Moment::Between(key, t, _) => value(key).lerp(value(key + 1), t),
+        }
+    }
+
+    fn rotation(&self, values: &[Quat], moment: &Moment) -> DQuat {
+        let value = |index: usize| values[index].as_dquat();
+        let cubic = self.interpolation == Interpolation::CubicSpline;
+        let rotation = match *moment {
+            Moment::At(key) => value(if cubic { 3 * key + 1 } else { key }),
+            Moment::Between(key, t, seconds) if cubic => DQuat::from_vec4(hermite(
+                [3 * key + 1, 3 * key + 2, 3 * key + 3, 3 * key + 4].map(|i| DVec4::from(value(i))),
+                t,
+                seconds,
+            )),
+            // glam's slerp goes the shorter way round.
+            Moment::Between(key, t, _) => value(key).normalize().slerp(value(key + 1).normalize(), t),
+        };
+        let length = rotation.length();
+        // A spline may pass through zero, where it names no rotation.
+        if length > 1e-9 { rotation / length } else { DQuat::IDENTITY }
+    }
+}
+
+/// glTF 2.0, appendix C.5: value and out-tangent of one key, in-tangent and value of the next, `t` of the way between
+/// keys that are `seconds` apart.
+fn hermite([value_0, out_0, in_1, value_1]: [DVec4; 4], t: f64, seconds: f64) -> DVec4 {
+    let (t2, t3) = (t * t, t * t * t);
+    value_0 * (2.0 * t3 - 3.0 * t2 + 1.0)
+        + out_0 * (seconds * (t3 - 2.0 * t2 + t))
+        + value_1 * (-2.0 * t3 + 3.0 * t2)
+        + in_1 * (seconds * (t3 - t2))
+}

@@ -1,0 +1,19 @@
+//! Why a motion cannot be chosen.
+
+use thiserror::Error;
+
+/// Why [`Scene::choose_clip`](crate::clip::Scene::choose_clip) found nothing.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ClipError {
+    /// Neither a keyword nor the name or index of an animation.
+    #[error("{character}: there is no clip `{wanted}`; choose rest, default{available}")]
+    Unknown {
+        /// The character.
+        character: String,
+        /// What was asked for.
+        wanted: String,
+        /// The animations that there are, each after a comma.
+        available: String,
+    },
+}
