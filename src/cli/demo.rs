@@ -71,7 +71,8 @@ mod on_device {
         let options = FrameOptions::default();
         let began = Instant::now();
         let rig = Arc::new(load::rig(file, &scene, &muscles, options.skinning)?);
-        let mut film = film(&args.compute, &scene, &rig, &options, &frames, Direction::THREE_QUARTER, Some(args.size))?;
+        let mut film =
+            film(&args.compute, &scene, &rig, &options, &frames, Direction::THREE_QUARTER, Some(args.size))?;
         let all: Vec<u32> = frames.numbers().collect();
         let skin = Shoot { frames: &all, view: View::Skin, files: Some(&args.output) };
         shoot(&mut film, &scene, &frames, &skin, &mut files)?;

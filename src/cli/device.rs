@@ -35,7 +35,8 @@ impl OnDevice {
         let (device, queue) = (&headless.device, &headless.queue);
         let kernels = Kernels::new(device).map_err(Failure::device)?;
         let buffers = Arc::new(RigBuffers::upload(device, Arc::clone(rig)).map_err(Failure::device)?);
-        let mut instance = Instance::new(&kernels, device, queue, &buffers, Output::Owned).map_err(Failure::device)?;
+        let mut instance =
+            Instance::new(&kernels, device, queue, &buffers, Output::Owned).map_err(Failure::device)?;
         instance.set_options(queue, options);
         headless.check().map_err(Failure::device)?;
         Ok(OnDevice { headless, instance })

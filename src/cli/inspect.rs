@@ -162,18 +162,14 @@ fn text(found: &Inspected) -> String {
         )],
     );
     let parts = found.parts.iter().map(|p| {
-        format!(
-            "{}: {} vertices from {}, {} triangles, material {}",
-            p.name, p.vertices, p.first_vertex, p.triangles, p.material
-        )
+        format!("{}: {} vertices from {}, {} triangles, material {}", p.name, p.vertices, p.first_vertex, p.triangles, p.material)
     });
     section(format!("parts: {}", found.parts.len()), parts.collect());
     let joints: Vec<_> = found.joints.iter().map(|j| j.name.as_str()).collect();
     section(format!("joints: {}", joints.len()), vec![joints.join(" ")]);
-    let groups = found
-        .groups
-        .iter()
-        .map(|g| format!("{}{}: {}", g.name, if g.passive { " (passive)" } else { "" }, g.joints.join(" ")));
+    let groups = found.groups.iter().map(|g| {
+        format!("{}{}: {}", g.name, if g.passive { " (passive)" } else { "" }, g.joints.join(" "))
+    });
     section(format!("field groups: {}", found.groups.len()), groups.collect());
     let muscles = found.muscles.iter().map(|m| {
         let group = found.groups.get(m.group as usize).map_or("?", |g| g.name.as_str());

@@ -47,9 +47,7 @@ mod on_device {
 
     pub fn run(args: &args::Parity) -> Result<(), Failure> {
         if args.compute.device == Device::Cpu {
-            return Err(Failure::Device(
-                "parity compares an adapter with the CPU; give --device auto or its name".into(),
-            ));
+            return Err(Failure::Device("parity compares an adapter with the CPU; give --device auto or its name".into()));
         }
         load::threads(args.compute.threads)?;
         let (scene, muscles) = load::input(&args.input)?;
@@ -120,10 +118,7 @@ mod on_device {
         for s in &compared.stages {
             let worst = s.worst.map_or("-".into(), |w| w.to_string());
             let stops = s.stop_agreement.map_or("-".into(), |a| format!("{:.3} %", a * 100.0));
-            let mut row = format!(
-                "{:<18}{:>9} {:>10.2e} {:>10.2e} {:>6}",
-                s.stage, s.items, s.max_absolute, s.max_relative, s.over
-            );
+            let mut row = format!("{:<18}{:>9} {:>10.2e} {:>10.2e} {:>6}", s.stage, s.items, s.max_absolute, s.max_relative, s.over);
             let verdict = if s.pass { "ok" } else { "OUT" };
             // Writing to a string cannot fail.
             let _ = write!(row, " {worst:>9} {stops:>9} {:>10.0e} {verdict}", s.tolerance.absolute);

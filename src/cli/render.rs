@@ -65,8 +65,7 @@ mod on_device {
         let direction = direction(args);
         let mut film = film(&args.compute, &scene, &rig, &options, &frames, direction, args.size)?;
         let began = Instant::now();
-        let shoot =
-            Shoot { frames: &frames.numbers().collect::<Vec<_>>(), view: args.view.into(), files: Some(&args.output) };
+        let shoot = Shoot { frames: &frames.numbers().collect::<Vec<_>>(), view: args.view.into(), files: Some(&args.output) };
         let kept = self::shoot(&mut film, &scene, &frames, &shoot, &mut files)?;
         let sheet = args.sheet.then(|| args.output.join("sheet.png"));
         if let Some(path) = &sheet {
@@ -137,9 +136,10 @@ mod on_device {
         let bounds = studio::bounds(scene, rig, &poses)?;
         let size = size.unwrap_or_else(|| studio::size_for(bounds, direction));
         let source = match compute.device {
-            Device::Cpu => {
-                Source::Reference(Box::new(device::open(&Device::Cpu)?), Deformer::open(&Device::Cpu, rig, options)?)
-            }
+            Device::Cpu => Source::Reference(
+                Box::new(device::open(&Device::Cpu)?),
+                Deformer::open(&Device::Cpu, rig, options)?,
+            ),
             _ => Source::Device(Box::new(OnDevice::open(&compute.device, rig, options)?)),
         };
         let studio = Studio::open(source.headless(), scene, size)?;
