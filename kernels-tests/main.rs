@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod field_sample;
+mod fields;
 mod layout;
 mod march;
 mod muscle_shape;
