@@ -163,7 +163,9 @@ impl Shape {
             }
             _ => false,
         };
-        !in_fold && !(self.drops[0] && along < share) && !(self.drops[1] && along > self.length - share)
+        let near_start = self.drops[0] && along < share;
+        let near_end = self.drops[1] && along > self.length - share;
+        !(in_fold || near_start || near_end)
     }
 
     /// Whether a sample's normal faces away from the bone; a fold's does not.
