@@ -6,6 +6,7 @@
 mod doors;
 mod field_sample;
 mod frame;
+mod fields;
 mod layout;
 mod march;
 mod muscle_shape;
