@@ -2,5 +2,7 @@
 
 mod headless;
 pub mod readback;
+mod timing;
 
 pub use headless::{DeviceChoice, Headless, adapters};
+pub use timing::Timer;
