@@ -15,3 +15,7 @@ pub use instance::{Batch, Instance};
 pub use kernels::Kernels;
 pub use output::{Output, OutputLayout};
 pub use rig_buffers::RigBuffers;
+mod timing;
+
+pub use headless::{DeviceChoice, Headless, adapters};
+pub use timing::Timer;
