@@ -1,6 +1,7 @@
 //! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod cli;
 mod field_sample;
 mod layout;
 mod march;

@@ -61,6 +61,7 @@ struct Muscle {
 #[derive(Serialize)]
 struct Clip {
     name: String,
+    start_seconds: f32,
     seconds: f32,
     channels: usize,
 }
@@ -126,7 +127,7 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
         clips: scene
             .clips
             .iter()
-            .map(|c| Clip { name: c.name.clone(), seconds: c.end - c.start, channels: c.channels.len() })
+            .map(|c| Clip { name: c.name.clone(), start_seconds: c.start, seconds: c.end - c.start, channels: c.channels.len() })
             .collect(),
         materials: character
             .materials
@@ -162,14 +163,18 @@ fn text(found: &Inspected) -> String {
         )],
     );
     let parts = found.parts.iter().map(|p| {
-        format!("{}: {} vertices from {}, {} triangles, material {}", p.name, p.vertices, p.first_vertex, p.triangles, p.material)
+        format!(
+            "{}: {} vertices from {}, {} triangles, material {}",
+            p.name, p.vertices, p.first_vertex, p.triangles, p.material
+        )
     });
     section(format!("parts: {}", found.parts.len()), parts.collect());
     let joints: Vec<_> = found.joints.iter().map(|j| j.name.as_str()).collect();
     section(format!("joints: {}", joints.len()), vec![joints.join(" ")]);
-    let groups = found.groups.iter().map(|g| {
-        format!("{}{}: {}", g.name, if g.passive { " (passive)" } else { "" }, g.joints.join(" "))
-    });
+    let groups = found
+        .groups
+        .iter()
+        .map(|g| format!("{}{}: {}", g.name, if g.passive { " (passive)" } else { "" }, g.joints.join(" ")));
     section(format!("field groups: {}", found.groups.len()), groups.collect());
     let muscles = found.muscles.iter().map(|m| {
         let group = found.groups.get(m.group as usize).map_or("?", |g| g.name.as_str());

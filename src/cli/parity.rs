@@ -17,7 +17,7 @@ pub fn run(args: &args::Parity) -> Result<(), Failure> {
 mod on_device {
     use super::*;
     use crate::args::Device;
-    use crate::device::OnDevice;
+    use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
     use crate::print;
     use crate::progress::Progress;
@@ -47,15 +47,18 @@ mod on_device {
 
     pub fn run(args: &args::Parity) -> Result<(), Failure> {
         if args.compute.device == Device::Cpu {
-            return Err(Failure::Device("parity compares an adapter with the CPU; give --device auto or its name".into()));
+            return Err(Failure::Device(
+                "parity compares an adapter with the CPU; give --device auto or its name".into(),
+            ));
         }
         load::threads(args.compute.threads)?;
         let (scene, muscles) = load::input(&args.input)?;
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+        let headless = device::open(&args.compute.device)?;
         let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
-        let mut device = OnDevice::open(&args.compute.device, &rig, &options)?;
+        let mut device = OnDevice::new(headless, &rig, &options)?;
         let reference = Reference::new(&rig);
         let mut compared = Compared {
             character: scene.character.name.clone(),
@@ -118,7 +121,10 @@ mod on_device {
         for s in &compared.stages {
             let worst = s.worst.map_or("-".into(), |w| w.to_string());
             let stops = s.stop_agreement.map_or("-".into(), |a| format!("{:.3} %", a * 100.0));
-            let mut row = format!("{:<18}{:>9} {:>10.2e} {:>10.2e} {:>6}", s.stage, s.items, s.max_absolute, s.max_relative, s.over);
+            let mut row = format!(
+                "{:<18}{:>9} {:>10.2e} {:>10.2e} {:>6}",
+                s.stage, s.items, s.max_absolute, s.max_relative, s.over
+            );
             let verdict = if s.pass { "ok" } else { "OUT" };
             // Writing to a string cannot fail.
             let _ = write!(row, " {worst:>9} {stops:>9} {:>10.0e} {verdict}", s.tolerance.absolute);
