@@ -1,12 +1,12 @@
 //! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device,
 //! one test on it at a time.
-//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod cli;
 mod doors;
 mod field_sample;
-mod frame;
 mod fields;
+mod frame;
 mod layout;
 mod march;
 mod muscle_shape;

@@ -43,7 +43,7 @@ pub(super) fn read(source: &Source, primitive: &Primitive, place: &str) -> Resul
         }
         Checked::Invalid => return Err(cx.malformed(place, "its mode is unknown", "export it as triangles")),
     };
-    let Some(position) = attribute(primitive, Semantic::Positions).filter(|&p| source.count(p) != 0) else {
+    let Some(position) = attribute(primitive, Semantic::Positions).filter(|&p| !source.is_empty(p)) else {
         cx.note(format!("{place}: it has no positions and is not shown"));
         return Ok(None);
     };
