@@ -258,7 +258,8 @@ fn a_texture_that_cannot_be_read_is_noted_and_left_out() {
     let checksum = crc(&bomb[12..29]);
     bomb[29..33].copy_from_slice(&checksum.to_be_bytes());
     let scene = textured(&bomb).read().unwrap();
-    assert!(scene.notes[0].starts_with("image 0: 100000 x 100000 pixels are more than"), "{:?}", scene.notes);
+    let by_size = |note: &String| note.starts_with("image 0: 100000 x 100000 pixels are more than");
+    assert!(scene.notes.iter().any(by_size), "{:?}", scene.notes);
     for bytes in [truncated, bomb, b"no picture".to_vec(), png(8193, 1)] {
         let scene = textured(&bytes).read().unwrap();
         assert_eq!(scene.character.materials[0].texture, None);
