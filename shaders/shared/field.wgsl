@@ -27,7 +27,7 @@ fn field_transfer(d: f32, r: f32) -> vec2<f32> {
     let x = d / r;
     let x2 = x * x;
     let rest = 1.0 - x2;
-    let value = 0.5 - x * (0.9375 - x2 * (0.625 - 0.1875 * x2));
+    let value = clamp(0.5 - x * (0.9375 - x2 * (0.625 - 0.1875 * x2)), 0.0, 1.0);
     return vec2<f32>(value, -0.9375 * rest * rest / r);
 }
 

@@ -14,7 +14,7 @@ pub fn transfer(d: f32, r: f32) -> (f32, f32) {
     let x = d / r;
     let x2 = x * x;
     let rest = 1.0 - x2;
-    let value = 0.5 - x * (0.9375 - x2 * (0.625 - 0.1875 * x2));
+    let value = (0.5 - x * (0.9375 - x2 * (0.625 - 0.1875 * x2))).clamp(0.0, 1.0);
     (value, -0.9375 * rest * rest / r)
 }
 

@@ -135,14 +135,22 @@ impl Batch {
 
     /// Records one frame of every instance. Neither submits, polls nor maps.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
-        let mut pass = encoder
-            .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes: None });
-        for step in &self.steps {
-            let Some(prepared) =
-                self.pipelines.iter().find(|p| p.kernel == step.kernel && (p.reads.is_none() || p.reads == step.reads))
-            else {
-                continue;
-            };
+        self.encode_where(encoder, None, |_| true);
+    }
+
+    /// Records the chosen steps of a frame alone, with timestamps where the caller wants them: for measuring, and for
+    /// finding the first step that differs. What a step reads is what an earlier encoding left.
+    pub fn encode_where(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+        chosen: impl Fn(&Step) -> bool,
+    ) {
+        let descriptor = wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes };
+        let mut pass = encoder.begin_compute_pass(&descriptor);
+        for step in self.steps.iter().filter(|step| chosen(step)) {
+            let matches = |p: &&Prepared| p.kernel == step.kernel && (p.reads.is_none() || p.reads == step.reads);
+            let Some(prepared) = self.pipelines.iter().find(matches) else { continue };
             let threads = u64::from(step.items) * u64::from(self.count);
             if let Some([x, y]) = dispatch::groups(threads, WORKGROUP) {
                 pass.set_pipeline(&prepared.pipeline);
