@@ -123,7 +123,13 @@ fn primitive(binary: &mut Binary, mesh: &Mesh) -> Value {
     let indices = binary.view(&indices, Some(ELEMENT_ARRAY_BUFFER));
     let indices = binary.accessor(indices, UNSIGNED_SHORT, "SCALAR", mesh.triangles.len() * 3);
     json!({
-        "attributes": { "JOINTS_0": joints, "NORMAL": normal, "POSITION": position, "TEXCOORD_0": uv, "WEIGHTS_0": weights },
+        "attributes": {
+            "JOINTS_0": joints,
+            "NORMAL": normal,
+            "POSITION": position,
+            "TEXCOORD_0": uv,
+            "WEIGHTS_0": weights,
+        },
         "indices": indices,
         "material": 0,
     })

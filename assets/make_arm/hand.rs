@@ -134,27 +134,23 @@ impl Hand {
     pub fn new(hand: &Frame) -> Hand {
         let digits = MEASURES.map(|m| Digit::new(hand, &m));
         let at = |x: f64, y: f64, z: f64| hand.point(DVec3::new(x, y, z));
-        let knuckle = |i: usize| DVec3::from(MEASURES[i].base);
+        let thumb = DVec3::from(MEASURES[0].base);
         let mut palm = vec![
             // The carpus, in line with ulna and radius.
             Bar::new(at(0.0125, -0.02, -0.001), at(0.0160, 0.03, 0.001), (0.0135, 0.0130)),
             Bar::new(at(-0.0125, -0.02, 0.000), at(-0.0140, 0.03, 0.001), (0.0150, 0.0135)),
             // The ball of the thumb and the heel of the hand.
-            Bar::new(
-                at(-0.0110, 0.018, 0.008),
-                hand.point(knuckle(0) + DVec3::new(-0.004, 0.012, 0.003)),
-                (0.0130, 0.0150),
-            ),
+            Bar::new(at(-0.0110, 0.018, 0.008), hand.point(thumb + DVec3::new(-0.004, 0.012, 0.003)), (0.0130, 0.0150)),
             Bar::new(at(0.0180, 0.016, 0.007), at(0.0285, 0.055, 0.006), (0.0110, 0.0110)),
             // The fold of skin between thumb and index finger.
             Bar::new(at(-0.0330, 0.046, 0.009), at(-0.0280, 0.070, 0.002), (0.0085, 0.0080)),
             // Padding under the knuckles.
             Bar::new(at(-0.0240, 0.078, 0.006), at(0.0270, 0.070, 0.007), (0.0090, 0.0085)),
         ];
-        for i in 1..5 {
-            let base = knuckle(i);
+        for measure in &MEASURES[1..] {
+            let base = DVec3::from(measure.base);
             let root = DVec3::new(base.x * 0.55, 0.015, -0.002);
-            palm.push(Bar::new(hand.point(root), hand.point(base), (0.0105, MEASURES[i].radii[0] * 0.95)));
+            palm.push(Bar::new(hand.point(root), hand.point(base), (0.0105, measure.radii[0] * 0.95)));
         }
         // Webs: the skin between neighbouring fingers reaches almost half along their first phalanges.
         for i in 1..4 {

@@ -155,7 +155,8 @@ impl Muscle {
             format!("{{ bone = \"{bone}\", offset = {}, normal = {} }}", triple(offset), triple(normal))
         };
         format!(
-            "\n# {}\n[[muscle]]\nname = \"{}\"\nside = \"left\"\nbone = \"{}\"\norigin    = {}\ninsertion = {}\nalpha = {}\nbeta = {}\neccentricity = {:.2}\nwidth = {:.4}\n",
+            "\n# {}\n[[muscle]]\nname = \"{}\"\nside = \"left\"\nbone = \"{}\"\norigin    = {}\ninsertion = {}\n\
+             alpha = {}\nbeta = {}\neccentricity = {:.2}\nwidth = {:.4}\n",
             self.remark,
             self.name,
             self.bone,
