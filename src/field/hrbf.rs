@@ -6,9 +6,8 @@
 //! Fitting is dense LU with partial pivoting in f64; the system is indefinite, so Cholesky does not apply.
 
 use crate::error::HrbfError;
-use faer::Mat;
-use faer::linalg::solvers::Solve;
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
+use nalgebra::{DMatrix, DVector};
 
 /// Fewest samples that are fitted.
 pub const LEAST_SAMPLES: usize = 4;
@@ -139,7 +138,7 @@ impl HrbfF32 {
 /// Solves the 4n x 4n system of samples whose extent is about one.
 fn solve(samples: &[HermiteSample]) -> Result<Hrbf, HrbfError> {
     let n = samples.len();
-    let system = Mat::<f64>::from_fn(4 * n, 4 * n, |row, column| {
+    let system = DMatrix::<f64>::from_fn(4 * n, 4 * n, |row, column| {
         let e = samples[row / 4].position - samples[column / 4].position;
         let l = e.length();
         if l < AT_CENTRE {
@@ -152,19 +151,19 @@ fn solve(samples: &[HermiteSample]) -> Result<Hrbf, HrbfError> {
             (i, j) => 3.0 * (e[i - 1] * e[j - 1] / l + if i == j { l } else { 0.0 }),
         }
     });
-    let right = Mat::<f64>::from_fn(4 * n, 1, |row, _| match row % 4 {
+    let right = DVector::<f64>::from_fn(4 * n, |row, _| match row % 4 {
         0 => 0.0,
         k => samples[row / 4].normal[k - 1],
     });
-    let lu = system.partial_piv_lu();
-    let pivots = (0..4 * n).map(|k| lu.U()[(k, k)].abs());
-    let (least, most) = pivots.fold((f64::INFINITY, 0.0_f64), |(lo, hi), p| (lo.min(p), hi.max(p)));
+    let lu = system.lu();
+    let pivots = lu.u().diagonal().abs();
+    let (least, most) = (pivots.min(), pivots.max());
     let pivot_ratio = if most > 0.0 { least / most } else { 0.0 };
-    let x = lu.solve(&right);
+    let x = lu.solve(&right).ok_or(HrbfError::Singular { pivot_ratio, residual: f64::INFINITY })?;
     let hrbf = Hrbf {
         centres: samples.iter().map(|s| s.position).collect(),
-        alpha: (0..n).map(|i| x[(4 * i, 0)]).collect(),
-        beta: (0..n).map(|i| DVec3::new(x[(4 * i + 1, 0)], x[(4 * i + 2, 0)], x[(4 * i + 3, 0)])).collect(),
+        alpha: (0..n).map(|i| x[4 * i]).collect(),
+        beta: (0..n).map(|i| DVec3::new(x[4 * i + 1], x[4 * i + 2], x[4 * i + 3])).collect(),
         pivot_ratio,
     };
     let residual = samples.iter().fold(0.0_f64, |worst, s| {
