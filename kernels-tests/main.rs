@@ -1,5 +1,14 @@
-//! Tests that need a device or the command. One process, one device, one test on it at a time.
+//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device,
+//! one test on it at a time.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod field_sample;
+mod layout;
+mod march;
+mod muscle_shape;
+mod normals;
 mod render;
+mod repo;
+mod skin_dual_quaternion;
+mod skin_linear;
 mod support;
-fn main() {}

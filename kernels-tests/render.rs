@@ -3,7 +3,7 @@
 use crate::support;
 use glam::{Mat4, Vec2, Vec3, vec2, vec3};
 use sinew::error::DeviceError;
-use sinew::gpu::{Headless, Timer, readback};
+use sinew::gpu::{Headless, readback};
 use sinew::render::{
     Axis, Camera, ColorMesh, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View,
     tube, vertex_buffer,
@@ -99,7 +99,7 @@ fn center(picture: &Picture) -> [u8; 4] {
 
 #[test]
 fn a_ball_covers_the_middle_and_leaves_the_corners() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let empty = studio.skin(Light::Studio, &[]);
     let picture = studio.skin(Light::Studio, &[&studio.thing(&ball(Vec3::ZERO, 1.0, [0.0; 3]), [0.6; 3])]);
@@ -112,7 +112,7 @@ fn a_ball_covers_the_middle_and_leaves_the_corners() {
 
 #[test]
 fn the_key_light_comes_from_the_upper_left_front() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let ball = studio.thing(&ball(Vec3::ZERO, 1.0, [0.0; 3]), [0.6; 3]);
     let quarter = |p: &Picture, x, y| brightness(p, (x, y), (24, 24));
@@ -129,7 +129,7 @@ fn the_key_light_comes_from_the_upper_left_front() {
 
 #[test]
 fn texture_colours_arrive() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let colors = [[200, 30, 60, 255], [20, 140, 90, 255], [5, 60, 220, 255], [128, 128, 128, 255]];
     let side = 64u32;
@@ -159,7 +159,7 @@ fn texture_colours_arrive() {
 
 #[test]
 fn the_nearer_surface_wins_whatever_is_drawn_first() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let red = studio.thing(&square(0.5), [1.0, 0.0, 0.0]);
     let green = studio.thing(&square(-0.5), [0.0, 1.0, 0.0]);
@@ -172,7 +172,7 @@ fn the_nearer_surface_wins_whatever_is_drawn_first() {
 
 #[test]
 fn directions_see_the_sides_they_name() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let red = studio.thing(&ball(Vec3::Z * 0.6, 0.3, [0.0; 3]), [1.0, 0.0, 0.0]);
     let green = studio.thing(&ball(Vec3::X * 0.6, 0.3, [0.0; 3]), [0.0, 1.0, 0.0]);
@@ -187,7 +187,7 @@ fn directions_see_the_sides_they_name() {
 
 #[test]
 fn xray_shows_the_muscle_and_skin_hides_it() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let skin = studio.thing(&ball(Vec3::ZERO, 1.0, [0.0; 3]), [0.6; 3]);
     let muscle = [ball(Vec3::ZERO, 0.4, [0.8, 0.05, 0.05])];
@@ -213,7 +213,7 @@ fn xray_shows_the_muscle_and_skin_hides_it() {
 
 #[test]
 fn glass_is_the_front_most_layer_only() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let near = studio.thing(&square(0.5), [0.6; 3]);
     let far = studio.thing(&square(-0.5), [0.6; 3]);
@@ -224,7 +224,7 @@ fn glass_is_the_front_most_layer_only() {
 
 #[test]
 fn edges_are_smooth() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let picture = studio.skin(Light::Flat, &[&studio.thing(&ball(Vec3::ZERO, 1.0, [0.0; 3]), [1.0; 3])]);
     // The backdrop stays below 110 and the ball is 255: what lies between is a pixel covered in part.
@@ -238,7 +238,7 @@ fn edges_are_smooth() {
 
 #[test]
 fn the_same_frame_gives_the_same_bytes() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let shot = |azimuth| {
         let studio = Studio::new(&headless);
         let skin = studio.thing(&ball(Vec3::ZERO, 0.9, [0.0; 3]), [0.6, 0.5, 0.4]);
@@ -252,7 +252,7 @@ fn the_same_frame_gives_the_same_bytes() {
 
 #[test]
 fn mirrors_and_back_faces_are_lit_from_the_same_side() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let shape = ball(Vec3::ZERO, 1.0, [0.0; 3]);
     let upright = studio.skin(Light::Studio, &[&studio.thing(&shape, [0.6; 3])]);
@@ -280,7 +280,7 @@ fn mirrors_and_back_faces_are_lit_from_the_same_side() {
 
 #[test]
 fn non_uniform_scale_turns_normals_rightly() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     // A ball pressed flat by the model matrix, against the same ellipsoid made of vertices.
     let scale = vec3(1.0, 0.8, 0.2);
@@ -300,7 +300,7 @@ fn non_uniform_scale_turns_normals_rightly() {
 
 #[test]
 fn pictures_over_the_limit_are_refused_before_anything_is_allocated() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let most = headless.limits.max_texture_dimension_2d;
     for (width, height) in [(most + 1, 4), (4, u32::MAX), (0, 4), (4, 0)] {
         let error = Targets::new(&headless, width, height).err();
@@ -311,7 +311,7 @@ fn pictures_over_the_limit_are_refused_before_anything_is_allocated() {
 
 #[test]
 fn meshes_that_point_nowhere_are_refused() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let upload =
         |materials: &[Material], images: &[Image]| Look::upload(&headless, &studio.renderer, materials, images);
@@ -351,7 +351,7 @@ fn meshes_that_point_nowhere_are_refused() {
 
 #[test]
 fn empty_meshes_draw_nothing() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
     let nothing = studio.thing(&ColorMesh::default(), [1.0; 3]);
     let shot = |things: &[&Thing], solids: &[ColorMesh]| {
@@ -362,7 +362,7 @@ fn empty_meshes_draw_nothing() {
 
 #[test]
 fn buffers_come_back_as_they_were() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let buffer = |words: &[u32], usage| {
         let size = words.len() as u64 * 4;
         let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
@@ -389,7 +389,7 @@ fn buffers_come_back_as_they_were() {
 
 #[test]
 fn errors_of_the_device_are_kept_and_returned_once() {
-    let Some(headless) = support::headless() else { return };
+    let Some(headless) = support::gpu() else { return };
     let most = headless.limits.max_buffer_size;
     let refused = headless.check_buffer_size("a test", most + 1);
     assert_eq!(refused, Err(DeviceError::BufferTooLarge { what: "a test".to_string(), needed: most + 1, had: most }));
@@ -404,68 +404,4 @@ fn errors_of_the_device_are_kept_and_returned_once() {
     assert!(matches!(error, DeviceError::Invalid { .. }) && !error.to_string().contains('\n'), "{error}");
     headless.check().unwrap();
     headless.wait().unwrap();
-}
-
-#[test]
-fn a_longer_pass_takes_longer() {
-    let Some(headless) = support::headless() else { return };
-    assert!(Timer::new(&headless, 0).is_none());
-    let Some(timer) = Timer::new(&headless, 2) else {
-        assert!(!headless.timestamps);
-        return;
-    };
-    let source = "override turns: u32;
-        @group(0) @binding(0) var<storage, read_write> out: array<u32>;
-        @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-            var x = id.x + 1u;
-            for (var i = 0u; i < turns; i++) { x ^= x << 13u; x ^= x >> 17u; x ^= x << 5u; }
-            out[id.x] = x;
-        }";
-    let device = &headless.device;
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
-    let pipeline = |turns: f64| {
-        let constants = [("turns", turns)];
-        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: None,
-            layout: None,
-            module: &module,
-            entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
-            cache: None,
-        })
-    };
-    let pipelines = [pipeline(1.0), pipeline(100_000.0)];
-    let out = device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: 64 * 64 * 4,
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
-    let run = || {
-        let mut encoder = device.create_command_encoder(&Default::default());
-        for (i, pipeline) in (0u32..).zip(&pipelines) {
-            let bind = device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &pipeline.get_bind_group_layout(0),
-                entries: &[wgpu::BindGroupEntry { binding: 0, resource: out.as_entire_binding() }],
-            });
-            let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes: timer.pass(i) };
-            let mut pass = encoder.begin_compute_pass(&descriptor);
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &bind, &[]);
-            pass.dispatch_workgroups(64, 1, 1);
-        }
-        timer.gather(&mut encoder);
-        headless.queue.submit([encoder.finish()]);
-        timer.read(&headless).unwrap()
-    };
-    // The first run compiles.
-    run();
-    let times = run();
-    assert_eq!(times.len(), 2);
-    assert!(times[1] > times[0] * 4, "{times:?}");
-    assert!(timer.pass(2).is_none());
 }

@@ -3,7 +3,7 @@
 //! Everything a kernel also computes is written with plain `+ - * / sqrt` in a fixed order, so that a CPU twin
 //! and its kernel agree to the bit where the driver does not fuse multiplications and additions.
 
-use glam::{Mat4, Vec4};
+use glam::{DMat3, DQuat, Mat4, Quat, Vec3, Vec4};
 
 /// A Rust type with a WGSL counterpart of the same size and alignment.
 pub trait WgslType {
@@ -72,4 +72,105 @@ macro_rules! gpu_struct {
             ];
         }
     };
+}
+
+/// `m * (p, 1)` in the order that kernels use: `m0 x + m1 y + m2 z + m3`.
+#[inline]
+pub fn transform_point(m: &Mat4, p: Vec3) -> Vec3 {
+    (m.x_axis * p.x + m.y_axis * p.y + m.z_axis * p.z + m.w_axis).truncate()
+}
+
+/// `m * (v, 0)`: a direction or displacement, without the translation.
+#[inline]
+pub fn transform_vector(m: &Mat4, v: Vec3) -> Vec3 {
+    (m.x_axis * v.x + m.y_axis * v.y + m.z_axis * v.z).truncate()
+}
+
+/// The transposed upper 3x3 of `m` times `v`: takes a gradient from `m`'s target space back to its source space.
+#[inline]
+pub fn transpose_vector(m: &Mat4, v: Vec3) -> Vec3 {
+    Vec3::new(m.x_axis.truncate().dot(v), m.y_axis.truncate().dot(v), m.z_axis.truncate().dot(v))
+}
+
+/// `x` to a small whole power by repeated multiplication: `pow` differs between drivers, multiplication does not.
+#[inline]
+pub fn power(x: f32, exponent: u32) -> f32 {
+    let mut result = 1.0;
+    for _ in 0..exponent {
+        result *= x;
+    }
+    result
+}
+
+/// Splits an affine map into rotation, translation and the stretch that comes first: `m p = r (s p) + t`.
+///
+/// Polar decomposition of the upper 3x3 by Higham's iteration in f64. A reflection stays in the stretch, so the
+/// rotation is always proper; a singular matrix keeps the identity rotation and is all stretch.
+pub fn polar(m: &Mat4) -> (Quat, Vec3, Mat4) {
+    let a = DMat3::from_mat4(m.as_dmat4());
+    let translation = m.w_axis.truncate();
+    let size = a.x_axis.length().max(a.y_axis.length()).max(a.z_axis.length());
+    let all_stretch = (Quat::IDENTITY, translation, Mat4::from_mat3(a.as_mat3()));
+    if size == 0.0 || (a * (1.0 / size)).determinant().abs() < 1e-9 {
+        return all_stretch;
+    }
+    let mut r = a * (1.0 / size);
+    for _ in 0..64 {
+        let next = (r + r.inverse().transpose()) * 0.5;
+        let change =
+            (next.x_axis - r.x_axis).length() + (next.y_axis - r.y_axis).length() + (next.z_axis - r.z_axis).length();
+        r = next;
+        if change < 1e-14 {
+            break;
+        }
+    }
+    if r.determinant() < 0.0 {
+        r *= -1.0;
+    }
+    let stretch = r.transpose() * a;
+    if !stretch.is_finite() {
+        return all_stretch;
+    }
+    (DQuat::from_mat3(&r).normalize().as_quat(), translation, Mat4::from_mat3(stretch.as_mat3()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rebuilt(r: Quat, t: Vec3, s: &Mat4, p: Vec3) -> Vec3 {
+        r * transform_point(s, p) + t
+    }
+
+    #[test]
+    fn polar_parts_rebuild_the_map() {
+        let p = Vec3::new(0.3, -1.2, 2.0);
+        for m in [
+            Mat4::IDENTITY,
+            Mat4::from_scale_rotation_translation(Vec3::new(2.0, 0.5, 1.5), Quat::from_rotation_y(2.1), Vec3::ONE),
+            Mat4::from_rotation_x(1.0) * Mat4::from_scale(Vec3::new(-1.0, 1.0, 3.0)) * Mat4::from_rotation_z(0.4),
+            Mat4::from_scale(Vec3::splat(100.0)),
+            Mat4::from_scale(Vec3::new(1.0, 1.0, 0.0)),
+        ] {
+            let (r, t, s) = polar(&m);
+            let expected = m.transform_point3(p);
+            assert!((rebuilt(r, t, &s, p) - expected).length() <= 1e-5 * (1.0 + expected.length()), "{m}");
+            assert!((rebuilt(r, t, &s, p + Vec3::X * 0.1) - expected).length() > 1e-3, "a moved point must be seen");
+            assert!((r.length() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn rigid_maps_have_no_stretch() {
+        let m = Mat4::from_rotation_translation(Quat::from_rotation_z(0.7), Vec3::new(1.0, 2.0, 3.0));
+        let (r, _, s) = polar(&m);
+        assert!(s.abs_diff_eq(Mat4::IDENTITY, 1e-6));
+        assert!(r.dot(Quat::from_rotation_z(0.7)).abs() > 1.0 - 1e-6);
+    }
+
+    #[test]
+    fn power_is_repeated_multiplication() {
+        assert_eq!(power(1.5, 0), 1.0);
+        assert_eq!(power(1.5, 3), 1.5 * 1.5 * 1.5);
+    }
 }

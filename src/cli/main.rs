@@ -1,1 +1,41 @@
-fn main() {}
+//! The `sinew` command: reads a rigged character, deforms it, and writes pictures and caches.
+//!
+//! Results go to standard output, progress and one `error:` line to standard error. Exit codes: 0 ok, 1 findings,
+//! 2 wrong usage of flags, 3 bad input or output, 4 no device.
+
+mod args;
+mod bake;
+mod deform;
+mod demo;
+#[cfg(feature = "gpu")]
+mod device;
+mod doctor;
+mod failure;
+mod inspect;
+mod load;
+mod parity;
+mod print;
+mod progress;
+mod render;
+#[cfg(feature = "gpu")]
+mod studio;
+
+use args::{Args, Verb};
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let done = match &args.verb {
+        Verb::Demo(demo) => demo::run(demo),
+        Verb::Inspect(inspect) => inspect::run(inspect),
+        Verb::Render(render) => render::run(render),
+        Verb::Bake(bake) => bake::run(bake),
+        Verb::Parity(parity) => parity::run(parity),
+        Verb::Doctor(doctor) => doctor::run(doctor),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}

@@ -1,11 +1,18 @@
 //! Typed errors: what failed, in which file and element, and what to do about it.
 
-mod device;
-
-pub use device::DeviceError;
 mod clip;
+mod device;
+mod field;
 mod gltf;
+mod output;
+mod rig;
+mod setup;
 
 pub use clip::ClipError;
+pub use device::DeviceError;
+pub use field::{FieldError, HrbfError};
 pub use gltf::GltfError;
 pub(crate) use gltf::one_line;
+pub use output::OutputError;
+pub use rig::{MuscleError, MuscleFileError, PoseError, RigError};
+pub use setup::SetupError;

@@ -1,5 +1,13 @@
 //! Scalar fields: 0..=1 with compact support, surface at 0.5, gradient inward. Raw distances are negative inside.
 
+pub mod compose;
+pub mod evaluate;
+pub mod grid;
+pub mod hrbf;
+pub mod muscle;
+pub mod poisson;
+pub mod transfer;
+
 use glam::Vec3;
 
 /// A field's value and gradient at one point.
@@ -36,4 +44,8 @@ crate::gpu_struct! {
         /// The joint that drives the group.
         pub joint: u32,
     }
+}
+
+impl crate::math::WgslType for GroupGrid {
+    const WGSL: &'static str = <GroupGrid as crate::math::GpuStruct>::NAME;
 }

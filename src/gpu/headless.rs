@@ -1,6 +1,6 @@
 //! A device of our own, for the command, tests and benches. An engine brings its own and never comes here.
 
-use crate::error::DeviceError;
+use crate::error::{DeviceError, one_line};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -32,7 +32,8 @@ pub struct Headless {
     pub info: wgpu::AdapterInfo,
     /// The limits the device was made with: wgpu's defaults, and the adapter's own for buffers and pictures.
     pub limits: wgpu::Limits,
-    /// Whether timestamps can be taken at the borders of passes.
+    /// Whether timestamps can be taken at the borders of passes. A software adapter's are not to be trusted: lavapipe
+    /// may take both of a compute pass before the work between them.
     pub timestamps: bool,
     failure: Arc<Mutex<Failure>>,
     pub(super) staging: Mutex<Option<wgpu::Buffer>>,
@@ -155,6 +156,13 @@ impl Headless {
         }
     }
 
+    /// Records commands and submits them; [`wait`](Headless::wait) or a readback waits for them.
+    pub fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("sinew") });
+        record(&mut encoder);
+        self.queue.submit([encoder.finish()]);
+    }
+
     /// Waits until everything submitted so far is done.
     ///
     /// # Errors
@@ -194,10 +202,6 @@ impl std::fmt::Debug for Headless {
 /// The guarded value, also after a panic elsewhere: what is guarded here is whole at any time.
 pub(super) fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

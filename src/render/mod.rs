@@ -7,6 +7,7 @@
 mod camera;
 mod frame;
 mod mesh;
+mod muscles;
 mod picture;
 mod renderer;
 pub mod shader;
@@ -16,6 +17,7 @@ mod tubes;
 pub use camera::{Camera, Direction, enclose};
 pub use frame::{Frame, Light, Surface, View};
 pub use mesh::{Look, MaterialParams, Run, SkinMesh, VERTEX_STRIDE, interleaved, vertex_buffer};
+pub use muscles::{muscle_mesh, muscle_meshes};
 pub use picture::{Picture, contact_sheet};
 pub use renderer::Renderer;
 pub use targets::Targets;

@@ -1,5 +1,16 @@
 //! What a character is: skeleton, mesh, influences, field groups, muscles; and what one pose makes of it.
 
+mod build;
 mod character;
+mod frame;
+pub mod groups;
+pub mod muscle;
+pub mod muscle_file;
+mod topology;
 
+pub use build::{BuildOptions, Rig, VertexTarget};
 pub use character::{Character, Image, Influence, Joint, Material, Part, Pose};
+pub use frame::{FrameInputs, JointFrame};
+pub use groups::FieldGroups;
+pub use muscle::{Attachment, MuscleSize, MuscleSpec};
+pub use topology::Topology;

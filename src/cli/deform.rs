@@ -1,0 +1,69 @@
+//! The CPU reference or the GPU behind one call per frame.
+
+use crate::args::Device;
+use crate::failure::Failure;
+use glam::{Vec3, Vec4Swizzles};
+use sinew::reference::Reference;
+use sinew::rig::{Pose, Rig};
+use sinew::schedule::FrameOptions;
+use std::sync::Arc;
+
+/// One frame's skin on the host, in cache order.
+#[derive(Clone, Debug, Default)]
+pub struct Skin {
+    /// Positions, scene space, metres.
+    pub positions: Vec<Vec3>,
+    /// Unit normals.
+    pub normals: Vec<Vec3>,
+}
+
+/// What deforms.
+pub enum Deformer {
+    /// The reference.
+    Cpu(Arc<Rig>),
+    /// A device.
+    #[cfg(feature = "gpu")]
+    Gpu(Box<crate::device::OnDevice>),
+}
+
+impl Deformer {
+    /// Opens what the command line asks for. A build without GPU support has only the reference.
+    pub fn open(device: &Device, rig: &Arc<Rig>, options: &FrameOptions) -> Result<Deformer, Failure> {
+        match device {
+            Device::Cpu => Ok(Deformer::Cpu(Arc::clone(rig))),
+            #[cfg(feature = "gpu")]
+            other => Ok(Deformer::Gpu(Box::new(crate::device::OnDevice::open(other, rig, options)?))),
+            #[cfg(not(feature = "gpu"))]
+            Device::Auto => {
+                let _ = options;
+                Ok(Deformer::Cpu(Arc::clone(rig)))
+            }
+            #[cfg(not(feature = "gpu"))]
+            Device::Named(name) => Err(Failure::Device(format!(
+                "--device {name}: this sinew was built without GPU support; build it with feature `gpu`, or give --device cpu"
+            ))),
+        }
+    }
+
+    /// Deforms the skin to one pose.
+    pub fn frame(&mut self, pose: &Pose, options: &FrameOptions) -> Result<Skin, Failure> {
+        match self {
+            Deformer::Cpu(rig) => {
+                let trace = Reference::new(rig).frame(pose, options).map_err(Failure::input)?;
+                let points = |list: &[glam::Vec4]| list.iter().map(|p| p.xyz()).collect();
+                Ok(Skin { positions: points(trace.positions()), normals: points(&trace.normals) })
+            }
+            #[cfg(feature = "gpu")]
+            Deformer::Gpu(device) => device.skin(pose),
+        }
+    }
+
+    /// What deforms, in words.
+    pub fn describe(&self) -> String {
+        match self {
+            Deformer::Cpu(_) => format!("CPU reference, {} threads", rayon::current_num_threads()),
+            #[cfg(feature = "gpu")]
+            Deformer::Gpu(device) => device.headless.info.name.clone(),
+        }
+    }
+}

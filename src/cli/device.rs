@@ -1,0 +1,89 @@
+//! A rig on a device of our own.
+
+use crate::args::Device;
+use crate::deform::Skin;
+use crate::failure::Failure;
+use crate::progress::Progress;
+use glam::Vec3;
+use sinew::gpu::{DeviceChoice, Headless, Instance, Kernels, Output, RigBuffers, readback};
+use sinew::parity::GpuResult;
+use sinew::rig::{Pose, Rig};
+use sinew::schedule::{FrameOptions, Positions};
+use std::sync::Arc;
+
+/// Opens the adapter that the command line asks for.
+pub fn open(device: &Device) -> Result<Headless, Failure> {
+    let choice = match device {
+        Device::Auto | Device::Cpu => DeviceChoice::Auto,
+        Device::Named(name) => DeviceChoice::Named(name.clone()),
+    };
+    Headless::new(&choice).map_err(Failure::device)
+}
+
+/// A device with one instance of a rig.
+pub struct OnDevice {
+    /// The device.
+    pub headless: Headless,
+    instance: Instance,
+}
+
+impl OnDevice {
+    /// Opens the device, builds the kernels and uploads the rig.
+    pub fn open(device: &Device, rig: &Arc<Rig>, options: &FrameOptions) -> Result<OnDevice, Failure> {
+        let headless = open(device)?;
+        let _progress = Progress::unknown("preparing the device");
+        let (device, queue) = (&headless.device, &headless.queue);
+        let kernels = Kernels::new(device).map_err(Failure::device)?;
+        let buffers = Arc::new(RigBuffers::upload(device, Arc::clone(rig)).map_err(Failure::device)?);
+        let mut instance = Instance::new(&kernels, device, queue, &buffers, Output::Owned).map_err(Failure::device)?;
+        instance.set_options(queue, options);
+        headless.check().map_err(Failure::device)?;
+        Ok(OnDevice { headless, instance })
+    }
+
+    /// Deforms to one pose; the result stays in [`OnDevice::instance`].
+    pub fn play(&mut self, pose: &Pose) -> Result<(), Failure> {
+        let Headless { device, queue, .. } = &self.headless;
+        self.instance.set_pose(queue, pose).map_err(Failure::input)?;
+        let mut encoder = device.create_command_encoder(&Default::default());
+        self.instance.encode(&mut encoder);
+        queue.submit([encoder.finish()]);
+        self.headless.check().map_err(Failure::device)
+    }
+
+    /// The instance that was played last.
+    pub fn instance(&self) -> &Instance {
+        &self.instance
+    }
+
+    /// Deforms to one pose and brings the skin to the host.
+    pub fn skin(&mut self, pose: &Pose) -> Result<Skin, Failure> {
+        self.play(pose)?;
+        let vertices: Vec<[f32; 6]> =
+            readback::read(&self.headless, self.instance.output(), ..).map_err(Failure::device)?;
+        Ok(Skin {
+            positions: vertices.iter().map(|v| Vec3::new(v[0], v[1], v[2])).collect(),
+            normals: vertices.iter().map(|v| Vec3::new(v[3], v[4], v[5])).collect(),
+        })
+    }
+
+    /// Deforms to one pose and brings every stage to the host.
+    pub fn stages(&mut self, pose: &Pose, rig: &Rig) -> Result<GpuResult, Failure> {
+        self.play(pose)?;
+        let batch = self.instance.batch();
+        let vertices = rig.character.vertex_count();
+        let played = |stage| batch.steps().iter().any(|step| step.writes == Some(stage));
+        let marched = if played(Positions::Tracked) { vertices } else { 0 };
+        let muscles = if marched > 0 { rig.muscles.len() } else { 0 };
+        let result = || -> Result<GpuResult, sinew::error::DeviceError> {
+            Ok(GpuResult {
+                skinned: readback::read(&self.headless, batch.positions(Positions::Skinned), ..vertices)?,
+                muscles: readback::read(&self.headless, batch.muscles(), ..muscles)?,
+                tracked: readback::read(&self.headless, batch.positions(Positions::Tracked), ..marched)?,
+                reports: readback::read(&self.headless, batch.reports(), ..marched)?,
+                vertices: readback::read(&self.headless, batch.output(), ..vertices)?,
+            })
+        };
+        result().map_err(Failure::device)
+    }
+}

@@ -1,0 +1,200 @@
+//! `sinew inspect`: what a file holds and what is made of it. Needs no adapter.
+
+use crate::args;
+use crate::failure::Failure;
+use crate::{load, print};
+use serde::Serialize;
+use sinew::clip::Scene;
+use sinew::rig::Rig;
+use sinew::schedule::Skinning;
+use std::fmt::Write;
+
+#[derive(Serialize)]
+struct Inspected {
+    character: String,
+    vertices: usize,
+    triangles: usize,
+    height_metres: f32,
+    most_influences: usize,
+    active_vertices: usize,
+    following_vertices: usize,
+    parts: Vec<Part>,
+    joints: Vec<Joint>,
+    groups: Vec<Group>,
+    muscles: Vec<Muscle>,
+    clips: Vec<Clip>,
+    materials: Vec<Material>,
+    rigid: Vec<String>,
+    notes: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Part {
+    name: String,
+    first_vertex: u32,
+    vertices: u32,
+    triangles: u32,
+    material: u32,
+}
+
+#[derive(Serialize)]
+struct Joint {
+    name: String,
+    parent: Option<u32>,
+}
+
+#[derive(Serialize)]
+struct Group {
+    name: String,
+    joints: Vec<String>,
+    passive: bool,
+}
+
+#[derive(Serialize)]
+struct Muscle {
+    name: String,
+    group: u32,
+    rest_length_metres: f32,
+    volume_cubic_metres: f32,
+}
+
+#[derive(Serialize)]
+struct Clip {
+    name: String,
+    seconds: f32,
+    channels: usize,
+}
+
+#[derive(Serialize)]
+struct Material {
+    name: String,
+    base_color: [f32; 4],
+    texture: Option<[u32; 2]>,
+}
+
+pub fn run(args: &args::Inspect) -> Result<(), Failure> {
+    load::threads(args.threads)?;
+    let (scene, muscles) = load::input(&args.input)?;
+    let rig = load::rig(&args.input.file, &scene, &muscles, Skinning::Implicit)?;
+    print::result(args.json, &inspect(&scene, &rig), text)
+}
+
+fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
+    let character = &scene.character;
+    let active = rig.active_count();
+    Inspected {
+        character: character.name.clone(),
+        vertices: character.vertex_count(),
+        triangles: character.triangles.len(),
+        height_metres: character.height_rest(),
+        most_influences: character.influence_offsets.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0),
+        active_vertices: active,
+        following_vertices: character.vertex_count() - active,
+        parts: character
+            .parts
+            .iter()
+            .map(|p| Part {
+                name: p.name.clone(),
+                first_vertex: p.vertices.start,
+                vertices: p.vertices.len() as u32,
+                triangles: p.triangles.len() as u32,
+                material: p.material,
+            })
+            .collect(),
+        joints: character.joints.iter().map(|j| Joint { name: j.name.clone(), parent: j.parent }).collect(),
+        groups: rig
+            .groups
+            .groups
+            .iter()
+            .map(|g| Group {
+                name: g.name.clone(),
+                joints: g.joints.iter().map(|&j| character.joints[j as usize].name.clone()).collect(),
+                passive: g.passive,
+            })
+            .collect(),
+        muscles: rig
+            .muscles
+            .iter()
+            .zip(&rig.muscle_names)
+            .map(|(m, name)| Muscle {
+                name: name.clone(),
+                group: m.group,
+                rest_length_metres: m.origin_normal.w,
+                volume_cubic_metres: m.origin.w,
+            })
+            .collect(),
+        clips: scene
+            .clips
+            .iter()
+            .map(|c| Clip { name: c.name.clone(), seconds: c.end - c.start, channels: c.channels.len() })
+            .collect(),
+        materials: character
+            .materials
+            .iter()
+            .map(|m| Material {
+                name: m.name.clone(),
+                base_color: m.base_color,
+                texture: m.texture.and_then(|t| character.images.get(t as usize)).map(|i| [i.width, i.height]),
+            })
+            .collect(),
+        rigid: scene.rigid.iter().map(|r| r.name.clone()).collect(),
+        notes: scene.notes.clone(),
+    }
+}
+
+fn text(found: &Inspected) -> String {
+    let mut text = String::new();
+    let mut section = |title: String, lines: Vec<String>| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{title}");
+        for line in lines {
+            let _ = writeln!(text, "  {line}");
+        }
+    };
+    section(
+        format!(
+            "{}: {} vertices, {} triangles, {:.3} m, up to {} influences",
+            found.character, found.vertices, found.triangles, found.height_metres, found.most_influences
+        ),
+        vec![format!(
+            "{} vertices follow the fields, {} follow geometric skinning",
+            found.active_vertices, found.following_vertices
+        )],
+    );
+    let parts = found.parts.iter().map(|p| {
+        format!(
+            "{}: {} vertices from {}, {} triangles, material {}",
+            p.name, p.vertices, p.first_vertex, p.triangles, p.material
+        )
+    });
+    section(format!("parts: {}", found.parts.len()), parts.collect());
+    let joints: Vec<_> = found.joints.iter().map(|j| j.name.as_str()).collect();
+    section(format!("joints: {}", joints.len()), vec![joints.join(" ")]);
+    let groups = found
+        .groups
+        .iter()
+        .map(|g| format!("{}{}: {}", g.name, if g.passive { " (passive)" } else { "" }, g.joints.join(" ")));
+    section(format!("field groups: {}", found.groups.len()), groups.collect());
+    let muscles = found.muscles.iter().map(|m| {
+        let group = found.groups.get(m.group as usize).map_or("?", |g| g.name.as_str());
+        let (centimetres, millilitres) = (m.rest_length_metres * 100.0, m.volume_cubic_metres * 1e6);
+        format!("{}: on {group}, {centimetres:.1} cm, {millilitres:.0} ml", m.name)
+    });
+    section(format!("muscles: {}", found.muscles.len()), muscles.collect());
+    let clips = found.clips.iter().enumerate();
+    let clips = clips.map(|(i, c)| format!("{i} {}: {:.3} s, {} channels", c.name, c.seconds, c.channels));
+    section(format!("clips: {}", found.clips.len()), clips.collect());
+    let materials = found.materials.iter().map(|m| {
+        let [r, g, b, a] = m.base_color;
+        let texture = m.texture.map_or("no texture".into(), |[w, h]| format!("texture {w} x {h}"));
+        format!("{}: {r:.2} {g:.2} {b:.2} {a:.2}, {texture}", if m.name.is_empty() { "(unnamed)" } else { &m.name })
+    });
+    section(format!("materials: {}", found.materials.len()), materials.collect());
+    if !found.rigid.is_empty() {
+        section(format!("rigid parts: {}", found.rigid.len()), vec![found.rigid.join(" ")]);
+    }
+    if !found.notes.is_empty() {
+        section(format!("notes: {}", found.notes.len()), found.notes.clone());
+    }
+    text
+}

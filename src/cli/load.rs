@@ -1,0 +1,120 @@
+//! From the command line to a rig and the frames to play.
+
+use crate::args::{FrameRange, Input, Motion};
+use crate::failure::Failure;
+use crate::progress::Progress;
+use sinew::clip::{ClipChoice, Scene};
+use sinew::rig::{BuildOptions, MuscleSpec, Pose, Rig, muscle_file};
+use sinew::schedule::Skinning;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// Limits the worker threads; 0 or more cores than asked for stay idle.
+pub fn threads(count: Option<NonZeroUsize>) -> Result<(), Failure> {
+    let Some(count) = count else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.get()).build_global();
+    pool.map_err(|error| Failure::Input(format!("--threads {count}: {error}; give a smaller number")))
+}
+
+/// Reads the character and its muscles.
+pub fn input(input: &Input) -> Result<(Scene, Vec<MuscleSpec>), Failure> {
+    let muscles = input.muscles.as_deref().map(muscle_file::read).transpose().map_err(Failure::input)?;
+    let scene = sinew::io::gltf::read(&input.file).map_err(Failure::input)?;
+    Ok((scene, muscles.unwrap_or_default()))
+}
+
+/// Builds the rig; `file` is for messages. Fields are fitted only where the skinning needs them.
+pub fn rig(file: &Path, scene: &Scene, muscles: &[MuscleSpec], skinning: Skinning) -> Result<Rig, Failure> {
+    let _progress = Progress::unknown("fitting fields");
+    let options = BuildOptions { fields: skinning == Skinning::Implicit, ..BuildOptions::default() };
+    Rig::build(scene.character.clone(), muscles, &options)
+        .map_err(|error| Failure::Input(format!("{}: {error}", file.display())))
+}
+
+/// Frames of one clip: frame `k` is at `k / fps` seconds after its start.
+#[derive(Clone, Copy, Debug)]
+pub struct Frames {
+    /// The clip.
+    pub clip: ClipChoice,
+    /// Frames per second.
+    pub fps: f32,
+    /// First and last frame.
+    pub range: FrameRange,
+}
+
+impl Frames {
+    /// Chooses the clip and the frames that the command line asks for; `file` is for messages.
+    pub fn choose(file: &Path, scene: &Scene, motion: &Motion) -> Result<Frames, Failure> {
+        let named = |error: &dyn std::fmt::Display| Failure::Input(format!("{}: {error}", file.display()));
+        let clip = scene.choose_clip(motion.clip.as_deref()).map_err(|error| named(&error))?;
+        let last = scene.frame_count(clip, motion.fps).saturating_sub(1);
+        let range = motion.frames.unwrap_or(FrameRange { first: 0, last });
+        if range.last > last {
+            return Err(named(&format!(
+                "--frames {}..{} is outside {}, which has frames 0..{last} at {} fps; give a range within them",
+                range.first,
+                range.last,
+                clip_name(scene, clip),
+                motion.fps
+            )));
+        }
+        Ok(Frames { clip, fps: motion.fps, range })
+    }
+
+    /// How many frames there are.
+    pub fn count(&self) -> u32 {
+        self.range.last - self.range.first + 1
+    }
+
+    /// All frame numbers, ascending.
+    pub fn numbers(&self) -> impl Iterator<Item = u32> + use<> {
+        self.range.first..=self.range.last
+    }
+
+    /// At most `most` frame numbers, evenly spread from the first to the last.
+    pub fn spread(&self, most: u32) -> Vec<u32> {
+        let count = self.count().min(most);
+        let place = |i: u32| u64::from(i) * u64::from(self.count() - 1) / u64::from(count.max(2) - 1);
+        (0..count).map(|i| self.range.first + place(i) as u32).collect()
+    }
+
+    /// The pose of a frame.
+    pub fn pose(&self, scene: &Scene, frame: u32) -> Pose {
+        scene.pose(self.clip, frame as f32 / self.fps)
+    }
+
+    /// In words, for results.
+    pub fn describe(&self, scene: &Scene) -> String {
+        let FrameRange { first, last } = self.range;
+        format!("{}, frames {first}..{last} at {} fps", clip_name(scene, self.clip), self.fps)
+    }
+}
+
+/// A clip in words.
+pub fn clip_name(scene: &Scene, clip: ClipChoice) -> String {
+    match clip {
+        ClipChoice::Rest => "the bind pose".into(),
+        ClipChoice::Default => "the file's own pose".into(),
+        ClipChoice::Clip(index) => match scene.clips.get(index) {
+            Some(clip) => format!("clip `{}`", clip.name),
+            None => format!("clip {index}"),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frames(first: u32, last: u32) -> Frames {
+        Frames { clip: ClipChoice::Rest, fps: 30.0, range: FrameRange { first, last } }
+    }
+
+    #[test]
+    fn frames_spread_from_end_to_end() {
+        assert_eq!(frames(0, 9).spread(10), (0..10).collect::<Vec<_>>());
+        assert_eq!(frames(5, 25).spread(3), [5, 15, 25]);
+        assert_eq!(frames(7, 7).spread(10), [7]);
+        assert_eq!(frames(7, 9).spread(1), [7]);
+    }
+}

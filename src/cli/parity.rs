@@ -1,0 +1,138 @@
+//! `sinew parity`: the GPU against the CPU reference, stage by stage.
+
+use crate::args;
+use crate::failure::Failure;
+
+#[cfg(not(feature = "gpu"))]
+pub fn run(_: &args::Parity) -> Result<(), Failure> {
+    Err(Failure::Device("parity compares with a GPU; build sinew with feature `gpu`".into()))
+}
+
+#[cfg(feature = "gpu")]
+pub fn run(args: &args::Parity) -> Result<(), Failure> {
+    on_device::run(args)
+}
+
+#[cfg(feature = "gpu")]
+mod on_device {
+    use super::*;
+    use crate::args::Device;
+    use crate::device::OnDevice;
+    use crate::load::{self, Frames};
+    use crate::print;
+    use crate::progress::Progress;
+    use serde::Serialize;
+    use sinew::parity::{CpuResult, StageReport, compare, stop_counts};
+    use sinew::reference::Reference;
+    use sinew::schedule::FrameOptions;
+    use std::fmt::Write;
+    use std::sync::Arc;
+
+    /// Frames compared where none are asked for.
+    const FRAMES: u32 = 10;
+
+    #[derive(Serialize)]
+    struct Compared {
+        character: String,
+        device: String,
+        clip: String,
+        frames: Vec<u32>,
+        vertices: usize,
+        active: usize,
+        pass: bool,
+        stages: Vec<StageReport>,
+        /// Vertices by stop reason over all frames, on the CPU.
+        stops: Vec<(String, usize)>,
+    }
+
+    pub fn run(args: &args::Parity) -> Result<(), Failure> {
+        if args.compute.device == Device::Cpu {
+            return Err(Failure::Device(
+                "parity compares an adapter with the CPU; give --device auto or its name".into(),
+            ));
+        }
+        load::threads(args.compute.threads)?;
+        let (scene, muscles) = load::input(&args.input)?;
+        let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
+        let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };
+        let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+        let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
+        let mut device = OnDevice::open(&args.compute.device, &rig, &options)?;
+        let reference = Reference::new(&rig);
+        let mut compared = Compared {
+            character: scene.character.name.clone(),
+            device: device.headless.info.name.clone(),
+            clip: load::clip_name(&scene, frames.clip),
+            frames: numbers.clone(),
+            vertices: scene.character.vertex_count(),
+            active: rig.active_count(),
+            pass: true,
+            stages: Vec::new(),
+            stops: Vec::new(),
+        };
+        let progress = Progress::steps("comparing", numbers.len() as u64);
+        let mut marches = Vec::new();
+        for &number in &numbers {
+            let pose = frames.pose(&scene, number);
+            let gpu = device.stages(&pose, &rig)?;
+            let trace = reference.frame(&pose, &options).map_err(Failure::input)?;
+            let stages = compare(&gpu, CpuResult(&trace), scene.character.height_rest());
+            if compared.stages.is_empty() {
+                compared.stages = stages;
+            } else {
+                for (all, one) in compared.stages.iter_mut().zip(&stages) {
+                    all.merge(one);
+                }
+            }
+            marches.extend(trace.reports);
+            progress.step();
+        }
+        drop(progress);
+        compared.pass = compared.stages.iter().all(|stage| stage.pass);
+        compared.stops = stop_counts(&marches).iter().map(|(reason, n)| (format!("{reason:?}"), *n)).collect();
+        print::result(args.json, &compared, table)?;
+        if compared.pass {
+            return Ok(());
+        }
+        let failed: Vec<_> = compared.stages.iter().filter(|s| !s.pass).map(|s| s.stage).collect();
+        Err(Failure::Findings(format!("{} out of tolerance: {}", compared.character, failed.join(", "))))
+    }
+
+    fn table(compared: &Compared) -> String {
+        let mut text = String::new();
+        let mut line = |s: String| {
+            text.push_str(&s);
+            text.push('\n');
+        };
+        line(format!(
+            "{}: {} vertices, {} active; {}, {} frames; {} against the CPU reference",
+            compared.character,
+            compared.vertices,
+            compared.active,
+            compared.clip,
+            compared.frames.len(),
+            compared.device
+        ));
+        line(format!(
+            "{:<18}{:>9} {:>10} {:>10} {:>6} {:>9} {:>9} {:>10}",
+            "stage", "items", "max abs", "max rel", "over", "worst", "stops", "tolerance"
+        ));
+        for s in &compared.stages {
+            let worst = s.worst.map_or("-".into(), |w| w.to_string());
+            let stops = s.stop_agreement.map_or("-".into(), |a| format!("{:.3} %", a * 100.0));
+            let mut row = format!(
+                "{:<18}{:>9} {:>10.2e} {:>10.2e} {:>6}",
+                s.stage, s.items, s.max_absolute, s.max_relative, s.over
+            );
+            let verdict = if s.pass { "ok" } else { "OUT" };
+            // Writing to a string cannot fail.
+            let _ = write!(row, " {worst:>9} {stops:>9} {:>10.0e} {verdict}", s.tolerance.absolute);
+            line(row);
+        }
+        let stops: Vec<_> = compared.stops.iter().filter(|(_, n)| *n > 0).map(|(r, n)| format!("{r} {n}")).collect();
+        if !stops.is_empty() {
+            line(format!("stop reasons: {}", stops.join(", ")));
+        }
+        text
+    }
+}

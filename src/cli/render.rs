@@ -1,0 +1,253 @@
+//! `sinew render`: frames as PNG.
+
+use crate::args;
+use crate::failure::Failure;
+
+#[cfg(not(feature = "gpu"))]
+pub fn run(_: &args::Render) -> Result<(), Failure> {
+    Err(Failure::Device("render draws on a GPU; build sinew with feature `gpu`".into()))
+}
+
+#[cfg(feature = "gpu")]
+pub use on_device::{Shoot, film, run, sheet_of, shoot, write};
+
+#[cfg(feature = "gpu")]
+mod on_device {
+    use super::*;
+    use crate::args::{CameraArg, Compute, Device, Size};
+    use crate::deform::Deformer;
+    use crate::device::{self, OnDevice};
+    use crate::load::{self, Frames};
+    use crate::print;
+    use crate::progress::Progress;
+    use crate::studio::{self, Studio};
+    use serde::Serialize;
+    use sinew::clip::Scene;
+    use sinew::gpu::Headless;
+    use sinew::io::atomic::FileSet;
+    use sinew::io::png;
+    use sinew::render::{Camera, Direction, Picture, View, contact_sheet, vertex_buffer};
+    use sinew::rig::{Pose, Rig};
+    use sinew::schedule::FrameOptions;
+    use std::path::{Path, PathBuf};
+    use std::sync::Arc;
+    use std::time::Instant;
+
+    /// Most pictures on a contact sheet, most side by side, and their largest height in pixels.
+    const SHEET: u32 = 12;
+    const COLUMNS: u32 = 4;
+    const CELL: u32 = 480;
+    /// Poses that the camera is set up for.
+    const FRAMED: u32 = 16;
+
+    #[derive(Serialize)]
+    struct Rendered {
+        output: PathBuf,
+        motion: String,
+        frames: u32,
+        width: u32,
+        height: u32,
+        sheet: Option<PathBuf>,
+        device: String,
+        seconds: f64,
+    }
+
+    pub fn run(args: &args::Render) -> Result<(), Failure> {
+        load::threads(args.compute.threads)?;
+        let (scene, muscles) = load::input(&args.input)?;
+        let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
+        let mut files = FileSet::new();
+        files.folder(&args.output).map_err(Failure::input)?;
+        let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+        // Before the long work of fitting, so that a missing adapter is known at once.
+        drop(device::open(&args.compute.device)?);
+        let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
+        let direction = direction(args);
+        let mut film = film(&args.compute, &scene, &rig, &options, &frames, direction, args.size)?;
+        let began = Instant::now();
+        let shoot =
+            Shoot { frames: &frames.numbers().collect::<Vec<_>>(), view: args.view.into(), files: Some(&args.output) };
+        let kept = self::shoot(&mut film, &scene, &frames, &shoot, &mut files)?;
+        let sheet = args.sheet.then(|| args.output.join("sheet.png"));
+        if let Some(path) = &sheet {
+            write(path, &sheet_of(&kept), &mut files)?;
+        }
+        files.keep();
+        let rendered = Rendered {
+            output: args.output.clone(),
+            motion: frames.describe(&scene),
+            frames: frames.count(),
+            width: film.size.width,
+            height: film.size.height,
+            sheet,
+            device: film.describe(),
+            seconds: began.elapsed().as_secs_f64(),
+        };
+        print::result(args.json, &rendered, |r| {
+            let sheet = r.sheet.as_ref().map_or(String::new(), |s| format!(" and {}", s.display()));
+            let (folder, width, height) = (r.output.display(), r.width, r.height);
+            format!(
+                "{folder}/frame_*.png{sheet}: {} pictures of {width} x {height}, {}\ndrawn on {} in {:.2} s",
+                r.frames, r.motion, r.device, r.seconds
+            )
+        })
+    }
+
+    fn direction(args: &args::Render) -> Direction {
+        let camera = match args.camera {
+            CameraArg::Front => Direction::FRONT,
+            CameraArg::Side => Direction::SIDE,
+            CameraArg::ThreeQuarter => Direction::THREE_QUARTER,
+        };
+        Direction {
+            azimuth: args.azimuth.unwrap_or(camera.azimuth),
+            elevation: args.elevation.unwrap_or(camera.elevation),
+        }
+    }
+
+    /// What puts the deformed skin into a vertex buffer.
+    enum Source {
+        Device(Box<OnDevice>),
+        /// The reference deforms, the device draws.
+        Reference(Box<Headless>, Deformer),
+    }
+
+    /// A character with its device, its camera and its studio.
+    pub struct Film {
+        source: Source,
+        studio: Studio,
+        camera: Camera,
+        rig: Arc<Rig>,
+        options: FrameOptions,
+        /// Pixels of a picture.
+        pub size: Size,
+    }
+
+    /// Sets everything up for the frames of a clip.
+    pub fn film(
+        compute: &Compute,
+        scene: &Scene,
+        rig: &Arc<Rig>,
+        options: &FrameOptions,
+        frames: &Frames,
+        direction: Direction,
+        size: Option<Size>,
+    ) -> Result<Film, Failure> {
+        let poses: Vec<Pose> = frames.spread(FRAMED).into_iter().map(|k| frames.pose(scene, k)).collect();
+        let bounds = studio::bounds(scene, rig, &poses)?;
+        let size = size.unwrap_or_else(|| studio::size_for(bounds, direction));
+        let source = match compute.device {
+            Device::Cpu => {
+                Source::Reference(Box::new(device::open(&Device::Cpu)?), Deformer::open(&Device::Cpu, rig, options)?)
+            }
+            _ => Source::Device(Box::new(OnDevice::open(&compute.device, rig, options)?)),
+        };
+        let studio = Studio::open(source.headless(), scene, size)?;
+        let camera = Camera::frame(bounds, direction, studio.aspect());
+        Ok(Film { source, studio, camera, rig: Arc::clone(rig), options: *options, size })
+    }
+
+    impl Source {
+        fn headless(&self) -> &Headless {
+            match self {
+                Source::Device(device) => &device.headless,
+                Source::Reference(headless, _) => headless,
+            }
+        }
+    }
+
+    impl Film {
+        /// Draws one pose.
+        pub fn picture(&mut self, pose: &Pose, view: View) -> Result<Picture, Failure> {
+            let vertices = match &mut self.source {
+                Source::Device(device) => {
+                    device.play(pose)?;
+                    device.instance().output().clone()
+                }
+                Source::Reference(headless, deformer) => {
+                    let skin = deformer.frame(pose, &self.options)?;
+                    vertex_buffer(headless, &skin.positions, &skin.normals).map_err(Failure::device)?
+                }
+            };
+            let headless = self.source.headless();
+            self.studio.draw(headless, &self.rig, pose, &vertices, &self.camera, view)
+        }
+
+        /// What deforms and draws, in words.
+        pub fn describe(&self) -> String {
+            match &self.source {
+                Source::Device(device) => device.headless.info.name.clone(),
+                Source::Reference(headless, deformer) => {
+                    format!("{} (deformed by the {})", headless.info.name, deformer.describe())
+                }
+            }
+        }
+    }
+
+    /// Which frames to draw, how, and into which folder if any.
+    pub struct Shoot<'a> {
+        /// Frame numbers, ascending.
+        pub frames: &'a [u32],
+        /// What is drawn.
+        pub view: View,
+        /// Folder for `frame_0000.png` and so on.
+        pub files: Option<&'a Path>,
+    }
+
+    /// Draws frames, writes them, and keeps evenly chosen small ones for a contact sheet.
+    pub fn shoot(
+        film: &mut Film,
+        scene: &Scene,
+        frames: &Frames,
+        shoot: &Shoot,
+        files: &mut FileSet,
+    ) -> Result<Vec<(u32, Picture)>, Failure> {
+        let progress = Progress::steps("drawing", shoot.frames.len() as u64);
+        let chosen = chosen(shoot.frames.len());
+        let mut kept = Vec::new();
+        for (i, &number) in shoot.frames.iter().enumerate() {
+            let picture = film.picture(&frames.pose(scene, number), shoot.view)?;
+            if let Some(folder) = shoot.files {
+                write(&folder.join(format!("frame_{number:04}.png")), &picture, files)?;
+            }
+            if chosen.contains(&i) {
+                kept.push((number, picture.reduced(picture.height.div_ceil(CELL))));
+            }
+            progress.step();
+        }
+        Ok(kept)
+    }
+
+    /// Places of the pictures that a sheet of `count` takes.
+    fn chosen(count: usize) -> Vec<usize> {
+        let cells = count.min(SHEET as usize);
+        (0..cells).map(|i| i * (count - 1) / (cells.max(2) - 1)).collect()
+    }
+
+    /// The contact sheet of kept pictures.
+    pub fn sheet_of(kept: &[(u32, Picture)]) -> Picture {
+        let (numbers, pictures): (Vec<u32>, Vec<Picture>) = kept.iter().cloned().unzip();
+        contact_sheet(&pictures, &numbers, COLUMNS)
+    }
+
+    /// Writes a picture and notes it.
+    pub fn write(path: &Path, picture: &Picture, files: &mut FileSet) -> Result<(), Failure> {
+        png::write(path, picture.width, picture.height, &picture.rgba).map_err(Failure::input)?;
+        files.wrote(path);
+        Ok(())
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        #[test]
+        fn a_sheet_takes_the_first_and_the_last() {
+            assert_eq!(chosen(5), [0, 1, 2, 3, 4]);
+            assert_eq!(chosen(1), [0]);
+            assert_eq!(chosen(0), [0; 0]);
+            let many = chosen(100);
+            assert_eq!((many.len(), many[0], many[11]), (12, 0, 99));
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Drawing a character's frames.
+
+use crate::args::{Size, ViewArg};
+use crate::failure::Failure;
+use glam::{Mat4, Vec3, Vec4Swizzles};
+use sinew::clip::Scene;
+use sinew::error::DeviceError;
+use sinew::gpu::Headless;
+use sinew::reference::Reference;
+use sinew::render::{
+    Camera, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View, muscle_meshes,
+    vertex_buffer,
+};
+use sinew::rig::{Pose, Rig};
+use sinew::schedule::{FrameOptions, Skinning};
+use sinew::wgpu::Buffer;
+use std::sync::Arc;
+
+impl From<ViewArg> for View {
+    fn from(argument: ViewArg) -> View {
+        match argument {
+            ViewArg::Skin => View::Skin,
+            ViewArg::Xray => View::Xray,
+            ViewArg::Muscles => View::Muscles,
+        }
+    }
+}
+
+/// A rigid mesh on the device.
+struct Rigid {
+    mesh: SkinMesh,
+    vertices: Buffer,
+    node: u32,
+}
+
+/// One character before the camera.
+pub struct Studio {
+    renderer: Renderer,
+    targets: Targets,
+    skin: SkinMesh,
+    rigid: Vec<Rigid>,
+}
+
+impl Studio {
+    /// Uploads what stays from frame to frame.
+    pub fn open(headless: &Headless, scene: &Scene, size: Size) -> Result<Studio, Failure> {
+        let open = || -> Result<Studio, DeviceError> {
+            let targets = Targets::new(headless, size.width, size.height)?;
+            let renderer = Renderer::new(&headless.device);
+            let look = Arc::new(Look::of(headless, &renderer, &scene.character)?);
+            let skin = SkinMesh::of(headless, &look, &scene.character)?;
+            let rigid = scene.rigid.iter().map(|part| {
+                let whole = Run { triangles: 0..part.triangles.len() as u32, material: part.material };
+                Ok(Rigid {
+                    mesh: SkinMesh::upload(headless, &look, &part.triangles, &part.uvs, &[whole])?,
+                    vertices: vertex_buffer(headless, &part.positions, &part.normals)?,
+                    node: part.node,
+                })
+            });
+            let rigid = rigid.collect::<Result<Vec<_>, DeviceError>>()?;
+            headless.check()?;
+            Ok(Studio { renderer, targets, skin, rigid })
+        };
+        open().map_err(Failure::device)
+    }
+
+    /// Pixels across over pixels down.
+    pub fn aspect(&self) -> f32 {
+        self.targets.aspect()
+    }
+
+    /// Draws one frame; `vertices` holds the deformed skin.
+    pub fn draw(
+        &self,
+        headless: &Headless,
+        rig: &Rig,
+        pose: &Pose,
+        vertices: &Buffer,
+        camera: &Camera,
+        view: View,
+    ) -> Result<Picture, Failure> {
+        let solids = if view == View::Skin { Vec::new() } else { muscle_meshes(rig, pose).map_err(Failure::input)? };
+        let mut surfaces = vec![Surface { mesh: &self.skin, vertices: vertices.slice(..), model: Mat4::IDENTITY }];
+        surfaces.extend(self.rigid.iter().map(|part| Surface {
+            mesh: &part.mesh,
+            vertices: part.vertices.slice(..),
+            model: node_matrix(pose, part.node),
+        }));
+        let frame = Frame { camera, view, light: Light::Studio, surfaces: &surfaces, solids: &solids };
+        self.renderer.draw(headless, &self.targets, &frame).map_err(Failure::device)
+    }
+}
+
+fn node_matrix(pose: &Pose, node: u32) -> Mat4 {
+    pose.nodes.get(node as usize).copied().unwrap_or(Mat4::IDENTITY)
+}
+
+/// The box around a character in some of its poses, skinned linearly: where the camera must look. Fields move the skin
+/// by less than the camera's margin.
+pub fn bounds(scene: &Scene, rig: &Rig, poses: &[Pose]) -> Result<(Vec3, Vec3), Failure> {
+    let options = FrameOptions { skinning: Skinning::Linear, ..FrameOptions::default() };
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let mut include = |p: Vec3| (low, high) = (low.min(p), high.max(p));
+    for pose in poses {
+        let trace = Reference::new(rig).frame(pose, &options).map_err(Failure::input)?;
+        trace.positions().iter().for_each(|p| include(p.xyz()));
+        for part in &scene.rigid {
+            let matrix = node_matrix(pose, part.node);
+            part.positions.iter().for_each(|&p| include(matrix.transform_point3(p)));
+        }
+    }
+    Ok((low, high))
+}
+
+/// Pixels that suit a box seen from a direction: upright, wide or square.
+pub fn size_for((low, high): (Vec3, Vec3), direction: Direction) -> Size {
+    let side = high - low;
+    let azimuth = direction.azimuth.to_radians();
+    let across = side.x * azimuth.cos().abs() + side.z * azimuth.sin().abs();
+    let ratio = across / side.y.max(1e-9);
+    let (width, height) = match ratio {
+        r if r > 1.25 => (1280, 960),
+        r if r < 0.8 => (960, 1280),
+        _ => (960, 960),
+    };
+    Size { width, height }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_picture_suits_the_shape() {
+        let human = (Vec3::new(-0.4, 0.0, -0.15), Vec3::new(0.4, 1.8, 0.15));
+        assert_eq!(size_for(human, Direction::FRONT), Size { width: 960, height: 1280 });
+        let arm = (Vec3::new(0.0, -0.1, -0.1), Vec3::new(0.7, 0.1, 0.1));
+        assert_eq!(size_for(arm, Direction::FRONT), Size { width: 1280, height: 960 });
+        assert_eq!(size_for(arm, Direction::SIDE), Size { width: 960, height: 960 });
+    }
+}

@@ -1,0 +1,110 @@
+//! What can be wrong with a rig, its muscles and its poses.
+
+use super::FieldError;
+use std::path::PathBuf;
+
+/// A rig that cannot be built.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RigError {
+    /// The character is not consistent in itself.
+    #[error("character `{character}`: {what}")]
+    Character {
+        /// Name of the character.
+        character: String,
+        /// What is inconsistent, with the element's index.
+        what: String,
+    },
+    /// A muscle that does not fit the character.
+    #[error(transparent)]
+    Muscle(#[from] MuscleError),
+    /// A field that could not be fitted.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+}
+
+/// A muscle that does not fit its character.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MuscleError {
+    /// A bone that the character does not have.
+    #[error("muscle `{muscle}`: {role} bone `{bone}` is not a joint of the character; nearest names: {nearest}")]
+    UnknownBone {
+        /// Name of the muscle.
+        muscle: String,
+        /// `field`, `origin` or `insertion`.
+        role: &'static str,
+        /// The name that was given.
+        bone: String,
+        /// Names that look like it.
+        nearest: String,
+    },
+    /// A bone whose field was not fitted.
+    #[error(
+        "muscle `{muscle}`: bone `{bone}` carries no skin field, so no skin could follow; name a bone that moves skin"
+    )]
+    NoField {
+        /// Name of the muscle.
+        muscle: String,
+        /// The bone.
+        bone: String,
+    },
+    /// A number outside what it may be.
+    #[error("muscle `{muscle}`: {what}")]
+    Value {
+        /// Name of the muscle.
+        muscle: String,
+        /// The value, its bounds and the remedy.
+        what: String,
+    },
+}
+
+/// A muscle file that cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MuscleFileError {
+    /// The file system refused.
+    #[error("{}: cannot read the muscle file: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Not what a muscle file holds.
+    #[error("{}:{line}:{column}: {message}", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong, in one line.
+        message: String,
+    },
+}
+
+/// A pose that cannot be played.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PoseError {
+    /// Another character's pose.
+    #[error(
+        "the pose has {given} joint matrices and the character {needed} joints; sample it from the character's own scene"
+    )]
+    JointCount {
+        /// Matrices given.
+        given: usize,
+        /// Joints of the character.
+        needed: usize,
+    },
+    /// A matrix that is not finite.
+    #[error("at {time} s the matrix of joint `{joint}` is not finite; mend the clip's keys there")]
+    NonFinite {
+        /// The joint.
+        joint: String,
+        /// Seconds after the clip's start.
+        time: f32,
+    },
+}

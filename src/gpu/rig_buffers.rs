@@ -1,0 +1,108 @@
+//! A character's static data on the device, uploaded once and shared by all its instances.
+
+use crate::{error::SetupError, rig::Rig};
+use std::sync::Arc;
+use wgpu::util::DeviceExt;
+
+/// One character's static buffers.
+#[derive(Debug)]
+pub struct RigBuffers {
+    pub(super) rig: Arc<Rig>,
+    pub(super) positions_rest: wgpu::Buffer,
+    pub(super) influence_offsets: wgpu::Buffer,
+    pub(super) influences: wgpu::Buffer,
+    pub(super) muscles: wgpu::Buffer,
+    pub(super) nodes: wgpu::Buffer,
+    pub(super) targets: wgpu::Buffer,
+    pub(super) corners: wgpu::Buffer,
+    pub(super) fan_offsets: wgpu::Buffer,
+    pub(super) fan_members: wgpu::Buffer,
+}
+
+impl RigBuffers {
+    /// Uploads a rig.
+    ///
+    /// # Errors
+    /// A buffer would be larger than the device allows; nothing has been allocated then.
+    pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
+        let character = &rig.character;
+        let data: [(&'static str, &[u8]); 9] = [
+            ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
+            ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
+            ("influences", bytemuck::cast_slice(&character.influences)),
+            ("muscles", bytemuck::cast_slice(&rig.muscles)),
+            ("field grids", bytemuck::cast_slice(&rig.nodes)),
+            ("vertex targets", bytemuck::cast_slice(&rig.targets)),
+            ("triangles", bytemuck::cast_slice(&rig.topology.corners)),
+            ("fan offsets", bytemuck::cast_slice(&rig.topology.offsets)),
+            ("fan members", bytemuck::cast_slice(&rig.topology.members)),
+        ];
+        let limits = device.limits();
+        for (name, bytes) in &data {
+            fits(&limits, &format!("`{}`: {name}", character.name), bytes.len() as u64)?;
+        }
+        let [positions_rest, influence_offsets, influences, muscles, nodes, targets, corners, fan_offsets, fan_members] =
+            data.map(|(name, bytes)| upload(device, name, bytes));
+        Ok(RigBuffers {
+            rig,
+            positions_rest,
+            influence_offsets,
+            influences,
+            muscles,
+            nodes,
+            targets,
+            corners,
+            fan_offsets,
+            fan_members,
+        })
+    }
+
+    /// The rig that was uploaded.
+    pub fn rig(&self) -> &Arc<Rig> {
+        &self.rig
+    }
+}
+
+/// Smallest buffer that is made: WebGPU refuses empty bindings, and no kernel's array element is larger.
+pub(super) const MIN_BYTES: u64 = 256;
+
+fn upload(device: &wgpu::Device, name: &str, bytes: &[u8]) -> wgpu::Buffer {
+    let label = format!("sinew.{name}");
+    if bytes.len() as u64 >= MIN_BYTES {
+        return device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some(&label),
+            contents: bytes,
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+    }
+    let mut padded = bytes.to_vec();
+    padded.resize(MIN_BYTES as usize, 0);
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(&label),
+        contents: &padded,
+        usage: wgpu::BufferUsages::STORAGE,
+    })
+}
+
+/// Whether a storage buffer of `bytes` may be made and bound whole.
+///
+/// # Errors
+/// It may not: which limit, the number needed and the number had.
+pub fn fits(limits: &wgpu::Limits, what: &str, bytes: u64) -> Result<(), SetupError> {
+    let remedy = "open the device with larger limits, batch fewer instances, or use a coarser mesh";
+    for (limit, had) in [
+        ("maxStorageBufferBindingSize", limits.max_storage_buffer_binding_size),
+        ("maxBufferSize", limits.max_buffer_size),
+    ] {
+        if bytes > had {
+            return Err(SetupError::Limit {
+                what: format!("{what} ({bytes} bytes)"),
+                needed: bytes,
+                limit,
+                had,
+                remedy,
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,24 @@
+//! The field at given points; twin [`crate::tracking::sample`].
+
+use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use crate::{
+    field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame},
+    schedule::KernelId,
+    tracking::SampleParams,
+};
+
+pub(super) const KERNEL: Kernel = Kernel {
+    id: KernelId::FieldSample,
+    stem: "field_sample",
+    source: include_str!("../../shaders/kernels/field_sample.wgsl"),
+    parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::FIELD],
+    structs: STRUCTS,
+    bindings: BINDINGS,
+    twin: "tracking::sample",
+};
+
+const STRUCTS: &[SharedStruct] =
+    &[shared::<SampleParams>(), shared::<GroupGrid>(), shared::<GroupFrame>(), shared::<MuscleFrame>()];
+
+const BINDINGS: &[Binding] =
+    &[uniform("params"), read("groups"), read("nodes"), read("muscles"), read("points"), write("samples")];

@@ -1,0 +1,108 @@
+//! Kernels as data: which WGSL a kernel is assembled from, what it binds by name, how it is dispatched, and where
+//! its CPU twin stands. No device is needed for anything here.
+
+pub mod dispatch;
+pub mod source;
+
+mod field_sample;
+mod march;
+mod muscle_shape;
+mod normals;
+mod skin_dual_quaternion;
+mod skin_linear;
+
+use crate::schedule::KernelId;
+
+/// Threads per workgroup of every kernel.
+pub const WORKGROUP: u32 = 64;
+
+/// How a kernel uses a binding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// A uniform buffer.
+    Uniform,
+    /// A storage buffer that is only read.
+    Read,
+    /// A storage buffer that is written.
+    Write,
+}
+
+/// One binding of a kernel; its slot is its place in [`Kernel::bindings`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Binding {
+    /// Name of the WGSL global.
+    pub name: &'static str,
+    /// How it is used.
+    pub access: Access,
+}
+
+/// A struct that kernels share with the host.
+#[derive(Clone, Copy)]
+pub struct SharedStruct {
+    /// Its name on both sides.
+    pub name: &'static str,
+    /// Yields its WGSL declaration.
+    pub wgsl: fn() -> String,
+    /// Its members on the Rust side.
+    pub fields: &'static [crate::math::GpuField],
+    /// Bytes of the Rust struct.
+    pub size: usize,
+}
+
+/// The [`SharedStruct`] of a type.
+pub const fn shared<T: crate::math::GpuStruct>() -> SharedStruct {
+    SharedStruct { name: T::NAME, wgsl: T::wgsl, fields: T::FIELDS, size: size_of::<T>() }
+}
+
+/// A kernel's description.
+#[derive(Clone, Copy)]
+pub struct Kernel {
+    /// Which kernel.
+    pub id: KernelId,
+    /// Name of its files and of its pipeline.
+    pub stem: &'static str,
+    /// Text of `shaders/kernels/STEM.wgsl`.
+    pub source: &'static str,
+    /// Shared WGSL that it is assembled with.
+    pub parts: &'static [source::Part],
+    /// Structs that it shares with the host.
+    pub structs: &'static [SharedStruct],
+    /// Bindings in slot order.
+    pub bindings: &'static [Binding],
+    /// Path of its CPU twin.
+    pub twin: &'static str,
+}
+
+/// Every kernel.
+pub const KERNELS: [Kernel; 6] = [
+    skin_linear::KERNEL,
+    skin_dual_quaternion::KERNEL,
+    muscle_shape::KERNEL,
+    march::KERNEL,
+    normals::KERNEL,
+    field_sample::KERNEL,
+];
+
+/// The description of a kernel.
+pub fn kernel(id: KernelId) -> &'static Kernel {
+    match id {
+        KernelId::SkinLinear => &skin_linear::KERNEL,
+        KernelId::SkinDualQuaternion => &skin_dual_quaternion::KERNEL,
+        KernelId::MuscleShape => &muscle_shape::KERNEL,
+        KernelId::March => &march::KERNEL,
+        KernelId::Normals => &normals::KERNEL,
+        KernelId::FieldSample => &field_sample::KERNEL,
+    }
+}
+
+const fn uniform(name: &'static str) -> Binding {
+    Binding { name, access: Access::Uniform }
+}
+
+const fn read(name: &'static str) -> Binding {
+    Binding { name, access: Access::Read }
+}
+
+const fn write(name: &'static str) -> Binding {
+    Binding { name, access: Access::Write }
+}

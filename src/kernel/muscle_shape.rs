@@ -1,0 +1,35 @@
+//! Muscles at one moment; twin [`crate::wrap::shape`].
+
+use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use crate::{
+    field::{
+        GroupGrid,
+        evaluate::GroupFrame,
+        muscle::{MuscleFrame, MuscleRest},
+    },
+    rig::JointFrame,
+    schedule::KernelId,
+    wrap::MuscleParams,
+};
+
+pub(super) const KERNEL: Kernel = Kernel {
+    id: KernelId::MuscleShape,
+    stem: "muscle_shape",
+    source: include_str!("../../shaders/kernels/muscle_shape.wgsl"),
+    parts: &[source::DISPATCH, source::MATH],
+    structs: STRUCTS,
+    bindings: BINDINGS,
+    twin: "wrap::shape",
+};
+
+const STRUCTS: &[SharedStruct] = &[
+    shared::<MuscleParams>(),
+    shared::<MuscleRest>(),
+    shared::<JointFrame>(),
+    shared::<GroupGrid>(),
+    shared::<GroupFrame>(),
+    shared::<MuscleFrame>(),
+];
+
+const BINDINGS: &[Binding] =
+    &[uniform("params"), read("muscles_rest"), read("joints"), read("groups"), write("shaped")];

@@ -1,0 +1,19 @@
+//! Normals and output vertices; twin [`crate::normals::from_faces`].
+
+use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use crate::{normals::NormalParams, schedule::KernelId};
+
+pub(super) const KERNEL: Kernel = Kernel {
+    id: KernelId::Normals,
+    stem: "normals",
+    source: include_str!("../../shaders/kernels/normals.wgsl"),
+    parts: &[source::DISPATCH, source::MATH],
+    structs: STRUCTS,
+    bindings: BINDINGS,
+    twin: "normals::from_faces",
+};
+
+const STRUCTS: &[SharedStruct] = &[shared::<NormalParams>()];
+
+const BINDINGS: &[Binding] =
+    &[uniform("params"), read("triangles"), read("offsets"), read("members"), read("positions"), write("vertices")];

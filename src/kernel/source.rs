@@ -1,0 +1,93 @@
+//! A kernel's WGSL, assembled by concatenation, with a map from its lines back to the files they came from.
+
+use super::{Kernel, SharedStruct};
+use std::ops::Range;
+
+/// Shared WGSL.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The file, relative to the repository.
+    pub file: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+/// Thread indices of folded dispatches.
+pub const DISPATCH: Part =
+    Part { file: "shaders/shared/dispatch.wgsl", text: include_str!("../../shaders/shared/dispatch.wgsl") };
+/// Vector helpers.
+pub const MATH: Part = Part { file: "shaders/shared/math.wgsl", text: include_str!("../../shaders/shared/math.wgsl") };
+/// The muscle primitive.
+pub const MUSCLE: Part =
+    Part { file: "shaders/shared/muscle.wgsl", text: include_str!("../../shaders/shared/muscle.wgsl") };
+/// Transfer, grids, composition.
+pub const FIELD: Part =
+    Part { file: "shaders/shared/field.wgsl", text: include_str!("../../shaders/shared/field.wgsl") };
+
+/// Every shared part.
+pub const PARTS: [Part; 4] = [DISPATCH, MATH, MUSCLE, FIELD];
+
+/// An assembled kernel.
+#[derive(Clone, Debug)]
+pub struct Assembled {
+    /// The whole WGSL text.
+    pub text: String,
+    /// Which lines, from 1, came from which file.
+    pub files: Vec<(String, Range<usize>)>,
+}
+
+impl Assembled {
+    /// The file and its own line, from 1, that a line of the whole text came from.
+    pub fn locate(&self, line: usize) -> Option<(&str, usize)> {
+        self.files
+            .iter()
+            .find(|(_, lines)| lines.contains(&line))
+            .map(|(file, lines)| (file.as_str(), line - lines.start + 1))
+    }
+}
+
+/// Joins the host's structs, the shared parts and the kernel's own file.
+pub fn assemble(kernel: &Kernel) -> Assembled {
+    let structs: String = kernel.structs.iter().map(|s: &SharedStruct| (s.wgsl)()).collect();
+    let own = format!("shaders/kernels/{}.wgsl", kernel.stem);
+    let pieces = std::iter::once(("structs shared with the host".to_owned(), structs.as_str()))
+        .chain(kernel.parts.iter().map(|part| (part.file.to_owned(), part.text)))
+        .chain(std::iter::once((own, kernel.source)));
+    let mut assembled = Assembled { text: String::new(), files: Vec::new() };
+    let mut line = 1;
+    for (file, text) in pieces {
+        assembled.text.push_str(text);
+        if !text.is_empty() && !text.ends_with('\n') {
+            assembled.text.push('\n');
+        }
+        let next = assembled.text.lines().count() + 1;
+        assembled.files.push((file, line..next));
+        line = next;
+    }
+    assembled
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::KERNELS;
+
+    #[test]
+    fn lines_lead_back_to_their_files() {
+        for kernel in &KERNELS {
+            let assembled = assemble(kernel);
+            for (number, line) in assembled.text.lines().enumerate() {
+                let (file, own) = assembled.locate(number + 1).expect("every line has a file");
+                let source = if file.starts_with("shaders/kernels") {
+                    kernel.source
+                } else if let Some(part) = PARTS.iter().find(|p| p.file == file) {
+                    part.text
+                } else {
+                    continue;
+                };
+                assert_eq!(source.lines().nth(own - 1), Some(line), "{file}:{own}");
+            }
+            assert_eq!(assembled.locate(assembled.text.lines().count() + 1), None);
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! Every intermediate of a frame brought back from the GPU.
+
+use super::GpuResult;
+use crate::{
+    error::DeviceError,
+    gpu::{Batch, Headless, OutputLayout, readback},
+    schedule::{KernelId, Positions},
+};
+
+/// Reads back what the last submitted frame of a batch left for one instance: the stages that its steps ran.
+///
+/// # Errors
+/// What the device reports, or an output with a layout of the caller's own, which is the caller's to read.
+pub fn capture(headless: &Headless, batch: &Batch, instance: u32) -> Result<GpuResult, DeviceError> {
+    if batch.layout() != OutputLayout::default() {
+        let problem = "it has a layout of the caller's own".to_owned();
+        return Err(DeviceError::Readback { what: "the output buffer".to_owned(), problem });
+    }
+    let range = |kernel: &[KernelId]| {
+        let items = batch.steps().iter().find(|s| kernel.contains(&s.kernel)).map_or(0, |s| s.items as usize);
+        let first = instance as usize * items;
+        first..first + items
+    };
+    let skin = range(&[KernelId::SkinLinear, KernelId::SkinDualQuaternion]);
+    let march = range(&[KernelId::March]);
+    Ok(GpuResult {
+        skinned: readback::read(headless, batch.positions(Positions::Skinned), skin)?,
+        muscles: readback::read(headless, batch.muscles(), range(&[KernelId::MuscleShape]))?,
+        tracked: readback::read(headless, batch.positions(Positions::Tracked), march.clone())?,
+        reports: readback::read(headless, batch.reports(), march)?,
+        vertices: readback::read(headless, batch.output(), range(&[KernelId::Normals]))?,
+    })
+}

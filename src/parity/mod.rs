@@ -1,0 +1,255 @@
+//! Comparing what the GPU computed with what its CPU twin computed.
+//!
+//! The two sides have types of their own, so that a result cannot be compared with itself. Tolerances stand here,
+//! each with its reason.
+
+#[cfg(feature = "gpu")]
+mod capture;
+
+#[cfg(feature = "gpu")]
+pub use capture::capture;
+
+use crate::{
+    field::muscle::MuscleFrame,
+    reference::Trace,
+    tracking::{MarchReport, StopReason},
+};
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use serde::Serialize;
+
+/// What came from the GPU.
+#[derive(Clone, Debug, Default)]
+pub struct GpuResult {
+    /// Geometrically skinned positions.
+    pub skinned: Vec<Vec4>,
+    /// Muscles as shaped.
+    pub muscles: Vec<MuscleFrame>,
+    /// Marched positions; empty without a march.
+    pub tracked: Vec<Vec4>,
+    /// How each march ended; empty without a march.
+    pub reports: Vec<MarchReport>,
+    /// Output vertices: position and normal.
+    pub vertices: Vec<[f32; 6]>,
+}
+
+/// What came from the CPU reference.
+#[derive(Clone, Copy, Debug)]
+pub struct CpuResult<'a>(pub &'a Trace);
+
+/// How far apart one stage may be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tolerance {
+    /// Largest absolute difference.
+    pub absolute: f32,
+    /// Share of the items that may be over it.
+    pub share_over: f32,
+}
+
+/// Positions after geometric skinning, in heights of the character. Both sides do the same sums in f32; a driver may
+/// fuse multiplications and additions (naga emits no NoContraction), which moves a sum of four products of the
+/// order of a height by a few units in its last place: 2^-24 x 16.
+pub const SKINNED: Tolerance = Tolerance { absolute: 1e-6, share_over: 0.0 };
+/// Muscle frames: lengths in heights, directions and widths as they are; one division and two square roots more than
+/// skinning, each good to an ulp or two.
+pub const MUSCLES: Tolerance = Tolerance { absolute: 2e-6, share_over: 0.0 };
+/// Marched positions, in heights. A vertex stops within a field difference of 1e-4, and where one side takes a step
+/// more than the other they end up to 1e-4 of a support radius apart, 5e-6 of a height. At a pit, where vertices
+/// stop on a ridge of the maximum, the step before decides: a thousandth of the vertices may be over.
+pub const TRACKED: Tolerance = Tolerance { absolute: 1e-5, share_over: 1e-3 };
+/// Normals, unit vectors: differences of neighbouring positions magnify the positions' error by an edge's share of
+/// the height, about a hundredfold; the vertices that TRACKED lets off take their neighbours with them.
+pub const NORMALS: Tolerance = Tolerance { absolute: 2e-3, share_over: 6e-3 };
+/// Share of march reports whose stop reason must agree.
+pub const STOP_AGREEMENT: f32 = 0.999;
+
+/// One stage compared.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StageReport {
+    /// The stage.
+    pub stage: &'static str,
+    /// Items compared.
+    pub items: usize,
+    /// Largest absolute difference, in the tolerance's unit.
+    pub max_absolute: f32,
+    /// Largest difference over the larger magnitude of the two.
+    pub max_relative: f32,
+    /// Items over the absolute tolerance.
+    pub over: usize,
+    /// Index of the item that differs most.
+    pub worst: Option<usize>,
+    /// Share of equal stop reasons, for the march.
+    pub stop_agreement: Option<f32>,
+    /// The tolerance that it was held against.
+    pub tolerance: Tolerance,
+    /// Whether it was met.
+    pub pass: bool,
+}
+
+impl StageReport {
+    /// Puts several frames' reports of one stage together: worst figures, summed counts.
+    pub fn merge(&mut self, other: &StageReport) {
+        if other.max_absolute > self.max_absolute || other.max_absolute.is_nan() {
+            self.max_absolute = other.max_absolute;
+            self.worst = other.worst;
+        }
+        self.max_relative = self.max_relative.max(other.max_relative);
+        self.items += other.items;
+        self.over += other.over;
+        self.stop_agreement = match (self.stop_agreement, other.stop_agreement) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        self.pass &= other.pass;
+    }
+}
+
+/// Compares every stage that the reference played. `height` is the character's, metres.
+pub fn compare(gpu: &GpuResult, cpu: CpuResult, height: f32) -> Vec<StageReport> {
+    let trace = cpu.0;
+    let unit = if height > 0.0 { 1.0 / height } else { 1.0 };
+    let mut stages = vec![vectors("skinned", &gpu.skinned, &trace.skinned, unit, SKINNED)];
+    if !trace.muscles.is_empty() {
+        stages.push(muscles(&gpu.muscles, &trace.muscles, unit));
+    }
+    if !trace.tracked.is_empty() {
+        let mut report = vectors("tracked", &gpu.tracked, &trace.tracked, unit, TRACKED);
+        let agreement = stop_agreement(&gpu.reports, &trace.reports);
+        report.stop_agreement = Some(agreement);
+        report.pass &= agreement >= STOP_AGREEMENT;
+        stages.push(report);
+    }
+    let positions: Vec<Vec4> = gpu.vertices.iter().map(|v| Vec4::new(v[0], v[1], v[2], 1.0)).collect();
+    let normals: Vec<Vec4> = gpu.vertices.iter().map(|v| Vec4::new(v[3], v[4], v[5], 0.0)).collect();
+    let last = if trace.tracked.is_empty() { SKINNED } else { TRACKED };
+    stages.push(vectors("output positions", &positions, trace.positions(), unit, last));
+    stages.push(vectors("output normals", &normals, &trace.normals, 1.0, NORMALS));
+    stages
+}
+
+/// Compares two lists of vectors by distance.
+pub fn vectors(stage: &'static str, gpu: &[Vec4], cpu: &[Vec4], unit: f32, tolerance: Tolerance) -> StageReport {
+    let pairs = gpu.iter().zip(cpu).map(|(g, c)| {
+        let size = g.xyz().length().max(c.xyz().length()) * unit;
+        ((g.xyz() - c.xyz()).length() * unit, size)
+    });
+    measure(stage, gpu.len(), cpu.len(), pairs, tolerance)
+}
+
+fn muscles(gpu: &[MuscleFrame], cpu: &[MuscleFrame], unit: f32) -> StageReport {
+    let pairs = gpu.iter().zip(cpu).map(|(g, c)| {
+        let lengths = [
+            (g.origin.xyz() - c.origin.xyz()).length(),
+            (g.origin.w - c.origin.w).abs(),
+            (g.normal.w - c.normal.w).abs(),
+            (g.support_radius - c.support_radius).abs(),
+        ];
+        let turned: Vec3 = (g.axis.xyz() - c.axis.xyz()).abs().max((g.normal.xyz() - c.normal.xyz()).abs());
+        let numbers = (g.activation - c.activation).abs();
+        let same = (g.alpha, g.beta, g.present) == (c.alpha, c.beta, c.present);
+        let difference = lengths.iter().fold(turned.max_element().max(numbers), |a, &b| a.max(b * unit));
+        (if same { difference } else { f32::INFINITY }, 1.0)
+    });
+    measure("muscles", gpu.len(), cpu.len(), pairs, MUSCLES)
+}
+
+/// Share of vertices that stopped for the same reason on both sides.
+fn stop_agreement(gpu: &[MarchReport], cpu: &[MarchReport]) -> f32 {
+    if gpu.len() != cpu.len() {
+        return 0.0;
+    }
+    let same = gpu.iter().zip(cpu).filter(|(g, c)| g.stop == c.stop).count();
+    if cpu.is_empty() { 1.0 } else { same as f32 / cpu.len() as f32 }
+}
+
+fn measure(
+    stage: &'static str,
+    gpu_items: usize,
+    cpu_items: usize,
+    pairs: impl Iterator<Item = (f32, f32)>,
+    tolerance: Tolerance,
+) -> StageReport {
+    let mut report = StageReport {
+        stage,
+        items: cpu_items,
+        max_absolute: 0.0,
+        max_relative: 0.0,
+        over: 0,
+        worst: None,
+        stop_agreement: None,
+        tolerance,
+        pass: false,
+    };
+    for (index, (difference, size)) in pairs.enumerate() {
+        // A difference that is not a number is the largest of all.
+        let difference = if difference.is_nan() { f32::INFINITY } else { difference };
+        if difference > report.max_absolute || report.worst.is_none() {
+            report.max_absolute = difference;
+            report.worst = Some(index);
+        }
+        if size > 0.0 {
+            report.max_relative = report.max_relative.max(difference / size);
+        }
+        report.over += usize::from(difference > tolerance.absolute);
+    }
+    report.pass = gpu_items == cpu_items && report.over as f32 <= tolerance.share_over * cpu_items as f32;
+    report
+}
+
+/// How many vertices stopped for each reason.
+pub fn stop_counts(reports: &[MarchReport]) -> Vec<(StopReason, usize)> {
+    StopReason::ALL.iter().map(|&r| (r, reports.iter().filter(|m| m.stop == r as u32).count())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(n: usize) -> Vec<Vec4> {
+        (0..n).map(|i| Vec4::new(i as f32, 1.0, -2.0, 1.0)).collect()
+    }
+
+    #[test]
+    fn equal_lists_pass_and_a_moved_item_is_found() {
+        let cpu = line(100);
+        let report = vectors("x", &line(100), &cpu, 1.0, SKINNED);
+        assert!(report.pass && report.over == 0 && report.max_absolute == 0.0);
+        let mut gpu = line(100);
+        gpu[37].y += 1e-3;
+        let report = vectors("x", &gpu, &cpu, 1.0, SKINNED);
+        assert!(!report.pass && report.over == 1 && report.worst == Some(37));
+    }
+
+    #[test]
+    fn nan_missing_items_and_too_many_over_fail() {
+        let cpu = line(1000);
+        let mut gpu = line(1000);
+        gpu[3].x = f32::NAN;
+        assert!(!vectors("x", &gpu, &cpu, 1.0, SKINNED).pass);
+        assert!(!vectors("x", &line(999), &cpu, 1.0, SKINNED).pass);
+        let mut gpu = line(1000);
+        gpu[5].x += 1.0;
+        assert!(vectors("x", &gpu, &cpu, 1.0, TRACKED).pass, "one of a thousand is let off");
+        gpu[6].x += 1.0;
+        assert!(!vectors("x", &gpu, &cpu, 1.0, TRACKED).pass);
+    }
+
+    #[test]
+    fn another_stop_reason_fails_the_march() {
+        let stopped = |stop: u32| vec![MarchReport { stop, ..MarchReport::default() }; 100];
+        let trace = Trace {
+            steps: Vec::new(),
+            skinned: line(100),
+            muscles: Vec::new(),
+            tracked: line(100),
+            reports: stopped(1),
+            normals: vec![Vec4::Y; 100],
+        };
+        let vertices: Vec<[f32; 6]> = line(100).iter().map(|p| [p.x, p.y, p.z, 0.0, 1.0, 0.0]).collect();
+        let mut gpu =
+            GpuResult { skinned: line(100), tracked: line(100), reports: stopped(1), vertices, ..GpuResult::default() };
+        assert!(compare(&gpu, CpuResult(&trace), 1.0).iter().all(|s| s.pass));
+        gpu.reports[7].stop = 3;
+        let stages = compare(&gpu, CpuResult(&trace), 1.0);
+        assert!(stages.iter().any(|s| s.stage == "tracked" && !s.pass && s.stop_agreement == Some(0.99)));
+    }
+}

@@ -1,0 +1,128 @@
+//! Plays a schedule on the CPU and keeps every intermediate: the judge of the GPU, and what runs without one.
+
+use crate::{
+    error::PoseError,
+    field::muscle::MuscleFrame,
+    normals::{self, Fans},
+    rig::{FrameInputs, Pose, Rig},
+    schedule::{self, Counts, FrameOptions, KernelId, Positions, Step},
+    skinning::{self, SkinInput},
+    tracking::{self, FieldInput, MarchParams, MarchReport},
+    wrap,
+};
+use glam::Vec4;
+
+/// Everything one frame produced, stage by stage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// The steps that were played.
+    pub steps: Vec<Step>,
+    /// Geometrically skinned positions, scene space, `w = 1`.
+    pub skinned: Vec<Vec4>,
+    /// Muscles as shaped for this frame; empty without a field.
+    pub muscles: Vec<MuscleFrame>,
+    /// Marched positions; empty without a march.
+    pub tracked: Vec<Vec4>,
+    /// How each vertex's march ended; empty without a march.
+    pub reports: Vec<MarchReport>,
+    /// Unit normals of the final positions, `w = 0`.
+    pub normals: Vec<Vec4>,
+}
+
+impl Trace {
+    /// The frame's final positions.
+    pub fn positions(&self) -> &[Vec4] {
+        if self.tracked.is_empty() { &self.skinned } else { &self.tracked }
+    }
+}
+
+/// The CPU side of one character.
+#[derive(Clone, Copy, Debug)]
+pub struct Reference<'a> {
+    rig: &'a Rig,
+}
+
+impl<'a> Reference<'a> {
+    /// A reference for a rig.
+    pub fn new(rig: &'a Rig) -> Reference<'a> {
+        Reference { rig }
+    }
+
+    /// Computes one frame.
+    ///
+    /// # Errors
+    /// The pose is another character's or not finite.
+    pub fn frame(&self, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
+        let inputs = FrameInputs::new(self.rig, pose)?;
+        let steps = schedule::frame(&counts(self.rig), options);
+        let mut trace = Trace {
+            steps,
+            skinned: Vec::new(),
+            muscles: Vec::new(),
+            tracked: Vec::new(),
+            reports: Vec::new(),
+            normals: Vec::new(),
+        };
+        for step in trace.steps.clone() {
+            self.play(&step, &inputs, options, &mut trace);
+        }
+        Ok(trace)
+    }
+
+    /// Plays one step: reads what earlier steps left in `trace`, and adds its own result.
+    pub fn play(&self, step: &Step, inputs: &FrameInputs, options: &FrameOptions, trace: &mut Trace) {
+        let rig = self.rig;
+        let skin = SkinInput {
+            joints: &inputs.joints,
+            positions_rest: &rig.positions_rest,
+            offsets: &rig.character.influence_offsets,
+            influences: &rig.character.influences,
+        };
+        let vertices = rig.character.vertex_count();
+        match step.kernel {
+            KernelId::SkinLinear => {
+                trace.skinned.resize(vertices, Vec4::ZERO);
+                skinning::linear(&skin, &mut trace.skinned);
+            }
+            KernelId::SkinDualQuaternion => {
+                trace.skinned.resize(vertices, Vec4::ZERO);
+                skinning::dual_quaternion(&skin, &mut trace.skinned);
+            }
+            KernelId::MuscleShape => {
+                trace.muscles.resize(rig.muscles.len(), MuscleFrame::default());
+                wrap::shape(&rig.muscles, &inputs.joints, &inputs.groups, &mut trace.muscles);
+            }
+            KernelId::March => {
+                trace.tracked.resize(vertices, Vec4::ZERO);
+                trace.reports.resize(vertices, MarchReport::default());
+                let field = FieldInput { groups: &inputs.groups, nodes: &rig.nodes, muscles: &trace.muscles };
+                let params = MarchParams::new(&counts(rig), 1, &options.march);
+                let (skinned, tracked) = (&trace.skinned, &mut trace.tracked);
+                tracking::march(&params, &field, &rig.targets, skinned, tracked, &mut trace.reports);
+            }
+            KernelId::Normals => {
+                trace.normals.resize(vertices, Vec4::ZERO);
+                let fans = Fans {
+                    triangles: &rig.topology.corners,
+                    offsets: &rig.topology.offsets,
+                    members: &rig.topology.members,
+                };
+                let positions = match step.reads {
+                    Some(Positions::Tracked) => &trace.tracked,
+                    Some(Positions::Skinned) | None => &trace.skinned,
+                };
+                normals::from_faces(&fans, positions, &mut trace.normals);
+            }
+            KernelId::FieldSample => {}
+        }
+    }
+}
+
+/// Sizes of a rig that schedules depend on.
+fn counts(rig: &Rig) -> Counts {
+    Counts {
+        vertices: rig.character.vertex_count() as u32,
+        muscles: rig.muscles.len() as u32,
+        groups: rig.grids.len() as u32,
+    }
+}

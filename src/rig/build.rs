@@ -1,0 +1,184 @@
+//! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
+
+use super::{
+    Character, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology,
+    groups::{FieldOptions, Fields, FitReport, build_fields},
+    muscle,
+};
+use crate::{
+    error::RigError,
+    field::{
+        GroupGrid,
+        evaluate::{self, GroupSample, NO_GROUP},
+        muscle::{MuscleFrame, MuscleRest},
+    },
+};
+use glam::{Vec4, Vec4Swizzles};
+
+crate::gpu_struct! {
+    /// Where the march takes a vertex.
+    pub struct VertexTarget {
+        /// Composed field value at rest, muscles included.
+        pub iso: f32,
+        /// 1 where the vertex follows the field, 0 where it follows geometric skinning.
+        pub follows: u32,
+    }
+}
+
+/// How a rig is built.
+#[derive(Clone, Debug)]
+pub struct BuildOptions {
+    /// Whether fields are fitted. Without them only geometric skinning is to be had, and building is instant.
+    pub fields: bool,
+    /// Settings of the fit.
+    pub fit: FieldOptions,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        BuildOptions { fields: true, fit: FieldOptions::default() }
+    }
+}
+
+/// A character ready to deform; immutable, shared by all its instances on either side.
+#[derive(Clone, Debug)]
+pub struct Rig {
+    /// The character it was built from.
+    pub character: Character,
+    /// Positions at rest with `w = 1`, as the kernels read them.
+    pub positions_rest: Vec<Vec4>,
+    /// Which joints share a field.
+    pub groups: FieldGroups,
+    /// Cached field per group; empty without fields.
+    pub grids: Vec<GroupGrid>,
+    /// Grid nodes of all groups.
+    pub nodes: Vec<Vec4>,
+    /// How well each group's field fits.
+    pub fits: Vec<FitReport>,
+    /// Names of the muscles, sorted by group.
+    pub muscle_names: Vec<String>,
+    /// The muscles, sorted by group.
+    pub muscles: Vec<MuscleRest>,
+    /// One per vertex.
+    pub targets: Vec<VertexTarget>,
+    /// Triangles around every vertex.
+    pub topology: Topology,
+}
+
+impl Rig {
+    /// Fits fields, resolves muscles and finds every vertex's rest iso-value.
+    ///
+    /// # Errors
+    /// The character is not consistent, a muscle does not fit it, or a field cannot be fitted.
+    pub fn build(character: Character, muscles: &[MuscleSpec], options: &BuildOptions) -> Result<Rig, RigError> {
+        check(&character).map_err(|what| RigError::Character { character: character.name.clone(), what })?;
+        let groups = FieldGroups::detect(&character);
+        let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
+        let mut resolved = muscles
+            .iter()
+            .filter(|_| options.fields)
+            .map(|spec| Ok((spec.name.clone(), muscle::resolve(spec, &character, &groups)?)))
+            .collect::<Result<Vec<_>, RigError>>()?;
+        resolved.sort_by_key(|(_, rest)| rest.group);
+        let (muscle_names, muscles): (Vec<_>, Vec<_>) = resolved.into_iter().unzip();
+        let mut grids = fields.grids;
+        for (g, grid) in grids.iter_mut().enumerate() {
+            grid.muscle_begin = muscles.partition_point(|m: &MuscleRest| (m.group as usize) < g) as u32;
+            grid.muscle_end = muscles.partition_point(|m: &MuscleRest| m.group as usize <= g) as u32;
+        }
+        let mut rig = Rig {
+            positions_rest: character.positions_rest.iter().map(|p| p.extend(1.0)).collect(),
+            topology: Topology::new(&character),
+            targets: vec![VertexTarget::default(); character.vertex_count()],
+            character,
+            groups,
+            grids,
+            nodes: fields.nodes,
+            fits: fields.fits,
+            muscle_names,
+            muscles,
+        };
+        rig.aim();
+        Ok(rig)
+    }
+
+    /// Number of active vertices.
+    pub fn active_count(&self) -> usize {
+        self.targets.iter().filter(|t| t.follows != 0).count()
+    }
+
+    /// Rest iso-values with the muscles in, and which vertices the field can hold (prototypes 3).
+    fn aim(&mut self) {
+        use rayon::prelude::*;
+        if self.grids.is_empty() {
+            return;
+        }
+        let Ok(inputs) = FrameInputs::new(self, &Pose::rest(&self.character)) else { return };
+        let shaped: Vec<MuscleFrame> = self.muscles.iter().map(MuscleRest::at_rest).collect();
+        self.targets = (0..self.character.vertex_count())
+            .into_par_iter()
+            .map(|v| {
+                let found = evaluate::composed(&inputs.groups, &self.nodes, &shaped, self.positions_rest[v].xyz());
+                VertexTarget { iso: found.sample.value, follows: self.holds(v, &found).into() }
+            })
+            .collect();
+    }
+
+    /// Whether the field has a usable value and direction at a vertex, and the vertex is not bound to a group that
+    /// follows geometric skinning as a whole.
+    fn holds(&self, vertex: usize, found: &GroupSample) -> bool {
+        if found.group == NO_GROUP || !(0.03..=0.97).contains(&found.sample.value) {
+            return false;
+        }
+        let influences = self.character.influences_of(vertex);
+        let passive: f32 = influences
+            .iter()
+            .filter(|i| self.groups.group_of_joint.get(i.joint as usize).is_some_and(|&g| self.is_passive(g)))
+            .map(|i| i.weight)
+            .sum();
+        let slope = found.sample.gradient.length();
+        let facing = -found.sample.gradient.dot(self.character.normals_rest[vertex]);
+        passive <= 0.98 && slope * self.grids[found.group as usize].support_radius >= 0.1 && facing >= 0.3 * slope
+    }
+
+    fn is_passive(&self, group: u32) -> bool {
+        self.groups.groups.get(group as usize).is_some_and(|g| g.passive)
+    }
+}
+
+/// What every later stage relies on; the first thing that does not hold is named.
+fn check(character: &Character) -> Result<(), String> {
+    let vertices = character.vertex_count();
+    let joints = character.joints.len();
+    if character.normals_rest.len() != vertices || character.uvs.len() != vertices {
+        return Err(format!("{vertices} positions need as many normals and texture coordinates"));
+    }
+    if character.influence_offsets.len() != vertices + 1
+        || character.influence_offsets.windows(2).any(|w| w[0] > w[1])
+        || character.influence_offsets.last().copied() != Some(character.influences.len() as u32)
+    {
+        return Err(
+            "influence_offsets must ascend from 0 to the number of influences, one longer than the vertices".into()
+        );
+    }
+    if let Some(v) = character.positions_rest.iter().position(|p| !p.is_finite()) {
+        return Err(format!("the position of vertex {v} is not finite"));
+    }
+    if let Some(t) = character.triangles.iter().position(|t| t.iter().any(|&i| i as usize >= vertices)) {
+        return Err(format!("triangle {t} names a vertex beyond the {vertices} there are"));
+    }
+    if let Some(i) =
+        character.influences.iter().position(|i| i.joint as usize >= joints || !(0.0..=1.001).contains(&i.weight))
+    {
+        return Err(format!("influence {i} names a joint beyond the {joints} there are, or a weight outside 0..=1"));
+    }
+    if let Some(j) = character
+        .joints
+        .iter()
+        .enumerate()
+        .position(|(j, joint)| joint.parent.is_some_and(|p| p as usize >= j) || !joint.inverse_bind.is_finite())
+    {
+        return Err(format!("joint {j} precedes its parent or has an inverse bind matrix that is not finite"));
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! What one pose makes of a rig: the plain data that both the kernels and their twins read.
+
+use super::{Pose, Rig};
+use crate::{error::PoseError, field::evaluate::GroupFrame, math::polar};
+use glam::{Mat4, Quat, Vec4};
+
+crate::gpu_struct! {
+    /// One joint at one moment.
+    pub struct JointFrame {
+        /// Palette entry: scene space at rest to scene space posed.
+        pub matrix: Mat4,
+        /// Rotation of the rigid part, `xyzw`.
+        pub real: Vec4,
+        /// Dual part `1/2 (t, 0) q` of the rigid part.
+        pub dual: Vec4,
+        /// Stretch that comes before the rigid part: upper 3x3, no translation.
+        pub stretch: Mat4,
+    }
+}
+
+/// One instance's inputs of a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameInputs {
+    /// One per joint.
+    pub joints: Vec<JointFrame>,
+    /// One per field group; empty where the rig has no fields.
+    pub groups: Vec<GroupFrame>,
+}
+
+impl FrameInputs {
+    /// Validates a pose against its rig and derives what the stages read.
+    ///
+    /// # Errors
+    /// The pose has another number of joints, or a matrix that is not finite; the joint is named.
+    pub fn new(rig: &Rig, pose: &Pose) -> Result<FrameInputs, PoseError> {
+        let joints = &rig.character.joints;
+        if pose.palette.len() != joints.len() {
+            return Err(PoseError::JointCount { given: pose.palette.len(), needed: joints.len() });
+        }
+        if let Some(bad) = pose.palette.iter().position(|m| !m.is_finite()) {
+            return Err(PoseError::NonFinite { joint: joints[bad].name.clone(), time: pose.time });
+        }
+        Ok(FrameInputs {
+            joints: pose.palette.iter().map(joint_frame).collect(),
+            groups: rig
+                .grids
+                .iter()
+                .map(|grid| {
+                    let matrix = pose.palette[grid.joint as usize];
+                    let volume = matrix.determinant().abs();
+                    let to_rest = matrix.inverse();
+                    let present = volume > 1e-12 && to_rest.is_finite();
+                    GroupFrame {
+                        to_rest: if present { to_rest } else { Mat4::IDENTITY },
+                        grid: *grid,
+                        scale: volume.cbrt(),
+                        present: present.into(),
+                        ..GroupFrame::default()
+                    }
+                })
+                .collect(),
+        })
+    }
+}
+
+fn joint_frame(matrix: &Mat4) -> JointFrame {
+    let (rotation, translation, stretch) = polar(matrix);
+    let half = Quat::from_xyzw(translation.x * 0.5, translation.y * 0.5, translation.z * 0.5, 0.0) * rotation;
+    JointFrame { matrix: *matrix, real: rotation.into(), dual: half.into(), stretch }
+}

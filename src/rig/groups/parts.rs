@@ -1,0 +1,168 @@
+//! From names and skeleton to a key per joint: joints of one key share one field.
+
+use super::names::{self, BodyPart, Reading, Side, Word};
+use crate::rig::Character;
+use glam::Vec3;
+
+/// What decides the group of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Key {
+    /// A part of the body.
+    Body(BodyPart, Option<Side>),
+    /// Nothing known: a group of its own until the structure merges it.
+    Own(u32),
+}
+
+/// Share of the way from hips to shoulders below which a spine bone's middle belongs to the pelvis.
+const LOWER_SPINE: f32 = 1.0 / 3.0;
+
+/// Key of every joint; `None` for joints that move no vertex and that no name places.
+pub(super) fn keys(character: &Character) -> Vec<Option<Key>> {
+    let joints = &character.joints;
+    let readings: Vec<Reading> = joints.iter().map(|j| names::read(&j.name)).collect();
+    let weight = weights(character);
+    let mut keys: Vec<Option<Key>> = vec![None; joints.len()];
+    let mut spine = vec![false; joints.len()];
+    for j in 0..joints.len() {
+        let reading = &readings[j];
+        if weight[j] == 0.0 && (reading.control || below_control(character, &readings, j)) {
+            continue;
+        }
+        let above = joints[j].parent.and_then(|p| keys[p as usize]);
+        let side = reading.side.or(match above {
+            Some(Key::Body(_, side)) => side,
+            _ => None,
+        });
+        let part = match (above, reading.word) {
+            (Some(Key::Body(part, _)), _) if part.is_end() => Some(part),
+            (_, Word::Part(part)) => Some(part),
+            (_, Word::Shoulder) => Some(shoulder(character, &readings, j)),
+            (_, Word::Spine) => {
+                spine[j] = true;
+                Some(BodyPart::Pelvis)
+            }
+            (above, Word::Arm) => Some(next_in_chain(above, reading, ARM)),
+            (above, Word::Leg) => Some(next_in_chain(above, reading, LEG)),
+            (_, Word::Unknown) => None,
+        };
+        keys[j] = match part {
+            Some(part) => Some(Key::Body(part, if part.is_middle() { None } else { side })),
+            None if weight[j] > 0.0 => Some(Key::Own(j as u32)),
+            None => None,
+        };
+    }
+    name_roots(character, &mut keys, &mut spine);
+    name_head(character, &mut keys);
+    split_spine(character, &mut keys, &spine);
+    keys
+}
+
+const ARM: [BodyPart; 3] = [BodyPart::UpperArm, BodyPart::Forearm, BodyPart::Hand];
+const LEG: [BodyPart; 3] = [BodyPart::Thigh, BodyPart::Calf, BodyPart::Foot];
+
+/// Summed weight of every joint over the vertices.
+fn weights(character: &Character) -> Vec<f64> {
+    let mut weight = vec![0.0; character.joints.len()];
+    for influence in &character.influences {
+        weight[influence.joint as usize] += f64::from(influence.weight);
+    }
+    weight
+}
+
+/// Whether an ancestor is an animator's handle.
+fn below_control(character: &Character, readings: &[Reading], j: usize) -> bool {
+    ancestors(character, j).any(|a| readings[a].control)
+}
+
+/// Ancestors of a joint, nearest first.
+pub(super) fn ancestors(character: &Character, j: usize) -> impl Iterator<Item = usize> {
+    let parent = |k: usize| character.joints[k].parent.map(|p| p as usize);
+    std::iter::successors(parent(j), move |&k| parent(k))
+}
+
+/// A joint called just `arm` or `leg`: the limb bone after its parent's, or the same for a twist joint.
+fn next_in_chain(above: Option<Key>, reading: &Reading, limb: [BodyPart; 3]) -> BodyPart {
+    let Some(Key::Body(part, _)) = above else { return limb[0] };
+    match limb.iter().position(|&p| p == part) {
+        Some(k) if reading.twist => limb[k],
+        Some(k) => limb[(k + 1).min(2)],
+        None => limb[0],
+    }
+}
+
+/// `shoulder` is an upper arm where the next arm joint below it is a forearm, and a clavicle otherwise.
+fn shoulder(character: &Character, readings: &[Reading], j: usize) -> BodyPart {
+    let first_below = (j + 1..character.joints.len()).filter(|&k| ancestors(character, k).any(|a| a == j)).find_map(
+        |k| match readings[k].word {
+            Word::Part(BodyPart::UpperArm) | Word::Arm => Some(BodyPart::Chest),
+            Word::Part(BodyPart::Forearm) => Some(BodyPart::UpperArm),
+            _ => None,
+        },
+    );
+    first_below.unwrap_or(BodyPart::Chest)
+}
+
+/// A skin-moving joint of unknown name above the trunk belongs to the trunk.
+fn name_roots(character: &Character, keys: &mut [Option<Key>], spine: &mut [bool]) {
+    for j in (0..keys.len()).rev() {
+        let trunk = |k: usize| matches!(keys[k], Some(Key::Body(BodyPart::Pelvis | BodyPart::Chest, _)));
+        let child = |k: &usize| character.joints[*k].parent == Some(j as u32) && trunk(*k);
+        if !matches!(keys[j], Some(Key::Own(_))) {
+            continue;
+        }
+        let found = (j + 1..keys.len()).filter(child).min_by_key(|&k| spine[k]);
+        if let Some(k) = found {
+            keys[j] = keys[k];
+            spine[j] = spine[k];
+        }
+    }
+}
+
+/// Without a joint called head, the last neck joint carries it.
+fn name_head(character: &Character, keys: &mut [Option<Key>]) {
+    let is = |key: &Option<Key>, part| *key == Some(Key::Body(part, None));
+    if keys.iter().any(|k| is(k, BodyPart::Head)) {
+        return;
+    }
+    let leaf = |j: usize| !character.joints.iter().any(|c| c.parent == Some(j as u32));
+    if let Some(j) = (0..keys.len()).rev().find(|&j| is(&keys[j], BodyPart::Neck) && leaf(j)) {
+        keys[j] = Some(Key::Body(BodyPart::Head, None));
+    }
+}
+
+/// Gives every spine joint to pelvis or chest by the height of its bone's middle between hips and shoulders.
+fn split_spine(character: &Character, keys: &mut [Option<Key>], spine: &[bool]) {
+    let position = |j: usize| character.joints[j].bind().w_axis.truncate();
+    let middle_of = |part: BodyPart| {
+        let top = |j: &usize| {
+            matches!(keys[*j], Some(Key::Body(p, _)) if p == part)
+                && !character.joints[*j].parent.is_some_and(|p| keys[p as usize] == keys[*j])
+        };
+        mean((0..keys.len()).filter(top).map(position))
+    };
+    let hips = middle_of(BodyPart::Thigh);
+    let shoulders = middle_of(BodyPart::UpperArm).or_else(|| middle_of(BodyPart::Neck));
+    let (Some(hips), Some(shoulders)) = (hips, shoulders.or_else(|| middle_of(BodyPart::Head))) else { return };
+    let up = (shoulders - hips) / (shoulders - hips).length_squared();
+    let share = |p: Vec3| (p - hips).dot(up);
+    let trunk = |k: usize| {
+        matches!(keys[k], Some(Key::Body(BodyPart::Pelvis | BodyPart::Chest | BodyPart::Neck | BodyPart::Head, _)))
+    };
+    let chest: Vec<usize> = (0..keys.len())
+        .filter(|&j| spine[j])
+        .filter(|&j| {
+            let children = (0..keys.len()).filter(|&k| character.joints[k].parent == Some(j as u32) && trunk(k));
+            let end = mean(children.map(position)).unwrap_or(position(j));
+            share((position(j) + end) * 0.5) > LOWER_SPINE
+        })
+        .collect();
+    for j in chest {
+        keys[j] = Some(Key::Body(BodyPart::Chest, None));
+    }
+}
+
+/// Mean of points; `None` of none.
+fn mean(points: impl Iterator<Item = Vec3>) -> Option<Vec3> {
+    let (sum, count) = points.fold((Vec3::ZERO, 0), |(sum, count), p| (sum + p, count + 1));
+    (count > 0).then(|| sum / count as f32)
+}
