@@ -2,7 +2,11 @@
 //! one test on it at a time.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod cli;
+mod doors;
 mod field_sample;
+mod fields;
+mod frame;
 mod layout;
 mod march;
 mod muscle_shape;

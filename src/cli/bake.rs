@@ -1,7 +1,7 @@
 //! `sinew bake`: deformed vertices as a cache.
 
 use crate::args;
-use crate::deform::Deformer;
+use crate::deform::{Deformer, Machine};
 use crate::failure::Failure;
 use crate::load::{self, Frames};
 use crate::print;
@@ -33,11 +33,12 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
     let (scene, muscles) = load::input(&args.input)?;
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
-    // Opened before the long work, so that an output that cannot be written is known at once.
+    // Both are opened before the long work, so that a missing adapter or an output that cannot be written is known at once.
+    let machine = Machine::open(&args.compute.device)?;
     let mut sink = Sink::open(&args.output, format, &scene.character, &frames)?;
     let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
     let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
-    let mut deformer = Deformer::open(&args.compute.device, &rig, &options)?;
+    let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
     play(&scene, &frames, &mut deformer, &options, &mut sink)?;
     sink.finish()?;
@@ -75,9 +76,10 @@ fn play(
         let skin = deformer.frame(&frames.pose(scene, number), options)?;
         match sink {
             Sink::Pc2(writer) => writer.frame(&skin.positions).map_err(Failure::input)?,
-            Sink::Obj { set, character, folder, stem } => {
+            Sink::Obj { set, folder, stem } => {
                 let path = folder.join(format!("{stem}_{number:04}.obj"));
-                obj::write_frame(&path, number, character, &skin.positions, &skin.normals).map_err(Failure::input)?;
+                obj::write_frame(&path, number, &scene.character, &skin.positions, &skin.normals)
+                    .map_err(Failure::input)?;
                 set.wrote(&path);
             }
         }
@@ -118,7 +120,7 @@ impl Format {
 /// Where frames go. Dropped before it is finished, it leaves nothing.
 enum Sink {
     Pc2(pc2::Writer),
-    Obj { set: FileSet, character: Character, folder: PathBuf, stem: String },
+    Obj { set: FileSet, folder: PathBuf, stem: String },
 }
 
 impl Sink {
@@ -139,7 +141,7 @@ impl Sink {
                     };
                     let mut set = FileSet::new();
                     set.folder(&folder)?;
-                    Ok(Sink::Obj { set, character: character.clone(), folder, stem })
+                    Ok(Sink::Obj { set, folder, stem })
                 }
             }
         };

@@ -17,6 +17,32 @@ pub struct Skin {
     pub normals: Vec<Vec3>,
 }
 
+/// Where the work will be done, opened before anything that takes long.
+pub enum Machine {
+    /// The CPU reference.
+    Cpu,
+    /// An adapter.
+    #[cfg(feature = "gpu")]
+    Gpu(Box<sinew::gpu::Headless>),
+}
+
+impl Machine {
+    /// Opens what the command line asks for. A build without GPU support has only the reference.
+    pub fn open(device: &Device) -> Result<Machine, Failure> {
+        match device {
+            Device::Cpu => Ok(Machine::Cpu),
+            #[cfg(feature = "gpu")]
+            other => Ok(Machine::Gpu(Box::new(crate::device::open(other)?))),
+            #[cfg(not(feature = "gpu"))]
+            Device::Auto => Ok(Machine::Cpu),
+            #[cfg(not(feature = "gpu"))]
+            Device::Named(name) => Err(Failure::Device(format!(
+                "--device {name}: this sinew was built without GPU support; build it with feature `gpu`, or give --device cpu"
+            ))),
+        }
+    }
+}
+
 /// What deforms.
 pub enum Deformer {
     /// The reference.
@@ -27,21 +53,16 @@ pub enum Deformer {
 }
 
 impl Deformer {
-    /// Opens what the command line asks for. A build without GPU support has only the reference.
-    pub fn open(device: &Device, rig: &Arc<Rig>, options: &FrameOptions) -> Result<Deformer, Failure> {
-        match device {
-            Device::Cpu => Ok(Deformer::Cpu(Arc::clone(rig))),
+    /// Brings a rig to its machine.
+    pub fn new(machine: Machine, rig: &Arc<Rig>, options: &FrameOptions) -> Result<Deformer, Failure> {
+        #[cfg(not(feature = "gpu"))]
+        let _ = options;
+        match machine {
+            Machine::Cpu => Ok(Deformer::Cpu(Arc::clone(rig))),
             #[cfg(feature = "gpu")]
-            other => Ok(Deformer::Gpu(Box::new(crate::device::OnDevice::open(other, rig, options)?))),
-            #[cfg(not(feature = "gpu"))]
-            Device::Auto => {
-                let _ = options;
-                Ok(Deformer::Cpu(Arc::clone(rig)))
+            Machine::Gpu(headless) => {
+                Ok(Deformer::Gpu(Box::new(crate::device::OnDevice::new(*headless, rig, options)?)))
             }
-            #[cfg(not(feature = "gpu"))]
-            Device::Named(name) => Err(Failure::Device(format!(
-                "--device {name}: this sinew was built without GPU support; build it with feature `gpu`, or give --device cpu"
-            ))),
         }
     }
 

@@ -17,7 +17,7 @@ mod on_device {
     use crate::args::Motion;
     use crate::load::{self, Frames};
     use crate::print;
-    use crate::render::{Shoot, film, sheet_of, shoot, write};
+    use crate::render::{Set, Shoot, film, sheet_of, shoot, write};
     use serde::Serialize;
     use sinew::io::atomic::FileSet;
     use sinew::io::gltf;
@@ -60,7 +60,7 @@ mod on_device {
 
     pub fn run(args: &args::Demo) -> Result<(), Failure> {
         load::threads(args.compute.threads)?;
-        drop(crate::device::open(&args.compute.device)?);
+        let headless = crate::device::open(&args.compute.device)?;
         let mut files = FileSet::new();
         files.folder(&args.output).map_err(Failure::input)?;
         let file = Path::new("arm.glb");
@@ -71,7 +71,10 @@ mod on_device {
         let options = FrameOptions::default();
         let began = Instant::now();
         let rig = Arc::new(load::rig(file, &scene, &muscles, options.skinning)?);
-        let mut film = film(&args.compute, &scene, &rig, &options, &frames, Direction::THREE_QUARTER, Some(args.size))?;
+        let direction = Direction::THREE_QUARTER;
+        let set =
+            Set { scene: &scene, rig: &rig, options: &options, frames: &frames, direction, size: Some(args.size) };
+        let mut film = film(headless, &args.compute.device, &set)?;
         let all: Vec<u32> = frames.numbers().collect();
         let skin = Shoot { frames: &all, view: View::Skin, files: Some(&args.output) };
         shoot(&mut film, &scene, &frames, &skin, &mut files)?;

@@ -5,6 +5,7 @@ use crate::deform::Skin;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use glam::Vec3;
+use sinew::error::DeviceError;
 use sinew::gpu::{DeviceChoice, Headless, Instance, Kernels, Output, RigBuffers, readback};
 use sinew::parity::GpuResult;
 use sinew::rig::{Pose, Rig};
@@ -17,7 +18,10 @@ pub fn open(device: &Device) -> Result<Headless, Failure> {
         Device::Auto | Device::Cpu => DeviceChoice::Auto,
         Device::Named(name) => DeviceChoice::Named(name.clone()),
     };
-    Headless::new(&choice).map_err(Failure::device)
+    Headless::new(&choice).map_err(|error| match error {
+        DeviceError::NoAdapter => Failure::Device(format!("{error}; bake and inspect run with --device cpu")),
+        other => Failure::device(other),
+    })
 }
 
 /// A device with one instance of a rig.
@@ -28,9 +32,8 @@ pub struct OnDevice {
 }
 
 impl OnDevice {
-    /// Opens the device, builds the kernels and uploads the rig.
-    pub fn open(device: &Device, rig: &Arc<Rig>, options: &FrameOptions) -> Result<OnDevice, Failure> {
-        let headless = open(device)?;
+    /// Builds the kernels and uploads the rig.
+    pub fn new(headless: Headless, rig: &Arc<Rig>, options: &FrameOptions) -> Result<OnDevice, Failure> {
         let _progress = Progress::unknown("preparing the device");
         let (device, queue) = (&headless.device, &headless.queue);
         let kernels = Kernels::new(device).map_err(Failure::device)?;
@@ -75,7 +78,7 @@ impl OnDevice {
         let played = |stage| batch.steps().iter().any(|step| step.writes == Some(stage));
         let marched = if played(Positions::Tracked) { vertices } else { 0 };
         let muscles = if marched > 0 { rig.muscles.len() } else { 0 };
-        let result = || -> Result<GpuResult, sinew::error::DeviceError> {
+        let result = || -> Result<GpuResult, DeviceError> {
             Ok(GpuResult {
                 skinned: readback::read(&self.headless, batch.positions(Positions::Skinned), ..vertices)?,
                 muscles: readback::read(&self.headless, batch.muscles(), ..muscles)?,

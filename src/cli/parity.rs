@@ -17,7 +17,7 @@ pub fn run(args: &args::Parity) -> Result<(), Failure> {
 mod on_device {
     use super::*;
     use crate::args::Device;
-    use crate::device::OnDevice;
+    use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
     use crate::print;
     use crate::progress::Progress;
@@ -56,8 +56,9 @@ mod on_device {
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+        let headless = device::open(&args.compute.device)?;
         let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
-        let mut device = OnDevice::open(&args.compute.device, &rig, &options)?;
+        let mut device = OnDevice::new(headless, &rig, &options)?;
         let reference = Reference::new(&rig);
         let mut compared = Compared {
             character: scene.character.name.clone(),

@@ -9,13 +9,13 @@ pub fn run(_: &args::Render) -> Result<(), Failure> {
 }
 
 #[cfg(feature = "gpu")]
-pub use on_device::{Shoot, film, run, sheet_of, shoot, write};
+pub use on_device::{Set, Shoot, film, run, sheet_of, shoot, write};
 
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{CameraArg, Compute, Device, Size};
-    use crate::deform::Deformer;
+    use crate::args::{CameraArg, Device, Size};
+    use crate::deform::{Deformer, Machine};
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
     use crate::print;
@@ -60,10 +60,17 @@ mod on_device {
         files.folder(&args.output).map_err(Failure::input)?;
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
         // Before the long work of fitting, so that a missing adapter is known at once.
-        drop(device::open(&args.compute.device)?);
+        let headless = device::open(&args.compute.device)?;
         let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
-        let direction = direction(args);
-        let mut film = film(&args.compute, &scene, &rig, &options, &frames, direction, args.size)?;
+        let set = Set {
+            scene: &scene,
+            rig: &rig,
+            options: &options,
+            frames: &frames,
+            direction: direction(args),
+            size: args.size,
+        };
+        let mut film = film(headless, &args.compute.device, &set)?;
         let began = Instant::now();
         let shoot =
             Shoot { frames: &frames.numbers().collect::<Vec<_>>(), view: args.view.into(), files: Some(&args.output) };
@@ -123,24 +130,31 @@ mod on_device {
         pub size: Size,
     }
 
-    /// Sets everything up for the frames of a clip.
-    pub fn film(
-        compute: &Compute,
-        scene: &Scene,
-        rig: &Arc<Rig>,
-        options: &FrameOptions,
-        frames: &Frames,
-        direction: Direction,
-        size: Option<Size>,
-    ) -> Result<Film, Failure> {
+    /// What is filmed, and from where.
+    pub struct Set<'a> {
+        /// The character with its motion.
+        pub scene: &'a Scene,
+        /// The character made ready.
+        pub rig: &'a Arc<Rig>,
+        /// How it is deformed.
+        pub options: &'a FrameOptions,
+        /// The frames that the camera must hold.
+        pub frames: &'a Frames,
+        /// From where.
+        pub direction: Direction,
+        /// Pixels, where they are given.
+        pub size: Option<Size>,
+    }
+
+    /// Sets everything up. `headless` draws, and deforms too unless `device` is the CPU.
+    pub fn film(headless: Headless, device: &Device, set: &Set) -> Result<Film, Failure> {
+        let Set { scene, rig, options, frames, direction, size } = *set;
         let poses: Vec<Pose> = frames.spread(FRAMED).into_iter().map(|k| frames.pose(scene, k)).collect();
         let bounds = studio::bounds(scene, rig, &poses)?;
         let size = size.unwrap_or_else(|| studio::size_for(bounds, direction));
-        let source = match compute.device {
-            Device::Cpu => {
-                Source::Reference(Box::new(device::open(&Device::Cpu)?), Deformer::open(&Device::Cpu, rig, options)?)
-            }
-            _ => Source::Device(Box::new(OnDevice::open(&compute.device, rig, options)?)),
+        let source = match device {
+            Device::Cpu => Source::Reference(Box::new(headless), Deformer::new(Machine::Cpu, rig, options)?),
+            _ => Source::Device(Box::new(OnDevice::new(headless, rig, options)?)),
         };
         let studio = Studio::open(source.headless(), scene, size)?;
         let camera = Camera::frame(bounds, direction, studio.aspect());

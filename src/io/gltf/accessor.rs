@@ -59,9 +59,9 @@ impl<'a> Source<'a> {
         self.decode(index, layout, &element, |bytes| unsigned_integer(layout.component, bytes))
     }
 
-    /// How many elements an accessor declares; 0 where there is no such accessor.
-    pub(super) fn count(&self, index: Index<Accessor>) -> u64 {
-        self.root.accessors.get(index.value()).map_or(0, |a| a.count.0)
+    /// Whether an accessor declares that it has no elements. One that is not there declares nothing.
+    pub(super) fn is_empty(&self, index: Index<Accessor>) -> bool {
+        self.root.accessors.get(index.value()).is_some_and(|a| a.count.0 == 0)
     }
 
     fn layout(&self, index: Index<Accessor>, types: &[Type], element: &str) -> Result<Layout, GltfError> {

@@ -43,7 +43,7 @@ pub(super) fn read(source: &Source, primitive: &Primitive, place: &str) -> Resul
         }
         Checked::Invalid => return Err(cx.malformed(place, "its mode is unknown", "export it as triangles")),
     };
-    let Some(position) = attribute(primitive, Semantic::Positions).filter(|&p| source.count(p) != 0) else {
+    let Some(position) = attribute(primitive, Semantic::Positions).filter(|&p| !source.is_empty(p)) else {
         cx.note(format!("{place}: it has no positions and is not shown"));
         return Ok(None);
     };
@@ -122,7 +122,7 @@ fn triangles(
             fan.windows(2).map(|w| [w[0], w[1], corners[0]]).collect()
         }
         _ => {
-            if corners.len() % 3 != 0 {
+            if !corners.len().is_multiple_of(3) {
                 cx.note(format!("{place}: {} corners are left over after its last triangle", corners.len() % 3));
             }
             corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()

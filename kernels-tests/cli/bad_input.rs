@@ -1,0 +1,178 @@
+//! Bad input: one line that names file, element and remedy, exit 3, and nothing left behind.
+
+use super::{asset, names, refusal, sinew};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The built-in arm taken apart: its JSON and its binary chunk.
+fn arm() -> (Value, Vec<u8>) {
+    let glb = fs::read(asset("arm.glb")).expect("the arm");
+    let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().expect("four bytes")) as usize;
+    let end = 20 + word(12);
+    (serde_json::from_slice(&glb[20..end]).expect("JSON"), glb[end + 8..].to_vec())
+}
+
+/// Writes a `.gltf` with its buffer beside it.
+fn write(folder: &Path, mut json: Value, bin: &[u8]) -> PathBuf {
+    json["buffers"][0]["uri"] = json!("arm.bin");
+    json["buffers"][0]["byteLength"] = json!(bin.len());
+    let path = folder.join("arm.gltf");
+    fs::write(&path, json.to_string()).expect("written");
+    fs::write(folder.join("arm.bin"), bin).expect("written");
+    path
+}
+
+/// Byte offset of the first value of a vertex attribute.
+fn attribute_offset(json: &Value, name: &str) -> usize {
+    let accessor = &json["accessors"][number(&json["meshes"][0]["primitives"][0]["attributes"][name])];
+    let view = &json["bufferViews"][number(&accessor["bufferView"])];
+    number(&accessor["byteOffset"]) + number(&view["byteOffset"])
+}
+
+fn number(value: &Value) -> usize {
+    value.as_u64().unwrap_or(0) as usize
+}
+
+/// Bakes and renders a file that is to be refused; checks the line's words and that nothing is left.
+#[track_caller]
+fn refused(input: &Path, extra: &[&str], words: &[&str]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let verbs: [&[&str]; 2] = [&["bake", "--device", "cpu", "--skinning", "linear"], &["bake", "--device", "cpu"]];
+    for verb in verbs {
+        let out = folder.path().join("out.pc2");
+        let output = sinew().args(verb).arg(input).args(extra).arg("-o").arg(&out).output().expect("runs");
+        let line = refusal(&output, 3);
+        for word in words {
+            assert!(line.contains(word), "`{word}` is not in: {line}");
+        }
+        assert!(names(folder.path()).is_empty(), "left: {:?}", names(folder.path()));
+    }
+}
+
+#[test]
+fn the_arm_taken_apart_is_still_good() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (json, bin) = arm();
+    let input = write(folder.path(), json, &bin);
+    let out = folder.path().join("out.pc2");
+    let mut bake = sinew();
+    bake.args(["bake", "--device", "cpu", "--skinning", "linear", "--frames", "0"]).arg(&input).arg("-o").arg(&out);
+    super::printed(&bake.output().expect("runs"));
+    assert!(out.is_file());
+}
+
+#[test]
+fn damaged_files_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let glb = fs::read(asset("arm.glb")).expect("the arm");
+    let cut = folder.path().join("cut.glb");
+    for keep in [0, 3, 11, 19, 400, glb.len() / 2, glb.len() - 5] {
+        fs::write(&cut, &glb[..keep]).expect("written");
+        refused(&cut, &[], &["cut.glb"]);
+    }
+    let text = folder.path().join("text.gltf");
+    fs::write(&text, "{\"asset\": {\"version\": \"2.0\"}, \"meshes\": [").expect("written");
+    refused(&text, &[], &["text.gltf", "JSON"]);
+    refused(&folder.path().join("nowhere.glb"), &[], &["nowhere.glb", "cannot be read"]);
+    refused(folder.path(), &[], &["cannot be read"]);
+}
+
+#[test]
+fn wrong_elements_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (json, bin) = arm();
+    let change = |edit: &dyn Fn(&mut Value, &mut Vec<u8>)| {
+        let (mut json, mut bin) = (json.clone(), bin.clone());
+        edit(&mut json, &mut bin);
+        write(folder.path(), json, &bin)
+    };
+    let huge =
+        change(&|json, _| json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(4_000_000_000u64));
+    refused(&huge, &[], &["arm.gltf", "mesh 0", "4000000000"]);
+    let count = change(&|json, _| json["accessors"][0]["count"] = json!(1u64 << 52));
+    refused(&count, &[], &["arm.gltf", "accessor 0"]);
+    let nan = change(&|json, bin| {
+        let at = attribute_offset(json, "POSITION") + 12 * 5 + 4;
+        bin[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    });
+    refused(&nan, &[], &["arm.gltf", "mesh 0", "vertex 5", "not a finite number"]);
+    let lost = change(&|_, _| {});
+    fs::remove_file(folder.path().join("arm.bin")).expect("removed");
+    refused(&lost, &[], &["arm.gltf", "buffer 0", "arm.bin"]);
+    let skinless = change(&|json, _| {
+        for node in json["nodes"].as_array_mut().expect("nodes") {
+            node.as_object_mut().expect("a node").remove("skin");
+        }
+        json.as_object_mut().expect("an object").remove("skins");
+    });
+    refused(&skinless, &[], &["arm.gltf", "no skinned mesh", "armature"]);
+    let meshless = change(&|json, _| {
+        for node in json["nodes"].as_array_mut().expect("nodes") {
+            let node = node.as_object_mut().expect("a node");
+            node.remove("skin");
+            node.remove("mesh");
+        }
+        json.as_object_mut().expect("an object").remove("meshes");
+    });
+    refused(&meshless, &[], &["arm.gltf", "no mesh"]);
+}
+
+#[test]
+fn clips_and_frames_that_are_not_there_name_those_that_are() {
+    let arm = asset("arm.glb");
+    refused(&arm, &["--clip", "moonwalk"], &["arm.glb", "moonwalk", "curl", "shake"]);
+    refused(&arm, &["--clip", "7"], &["arm.glb", "7", "curl"]);
+    refused(&arm, &["--clip", "curl", "--frames", "0..5000"], &["arm.glb", "0..5000", "curl", "0..60"]);
+    refused(&arm, &["--clip", "rest", "--frames", "1"], &["arm.glb", "bind pose", "0..0"]);
+}
+
+#[test]
+fn muscle_files_name_line_and_bone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("m.toml");
+    let good = fs::read_to_string(asset("arm.muscles.toml")).expect("the arm's muscles");
+    let refused = |text: &str, words: &[&str]| {
+        fs::write(&path, text).expect("written");
+        let out = folder.path().join("out.pc2");
+        let mut bake = sinew();
+        bake.args(["bake", "--device", "cpu"]).arg(asset("arm.glb")).arg("--muscles").arg(&path).arg("-o").arg(&out);
+        let line = refusal(&bake.output().expect("runs"), 3);
+        assert!(words.iter().all(|w| line.contains(w)), "{line}");
+        assert!(!out.exists());
+    };
+    refused(&good.replacen("bone = ", "bona = ", 1), &["m.toml:", "bona"]);
+    refused("[[muscle]", &["m.toml:1:"]);
+    let stranger = "[[muscle]]\nname = \"a\"\nbone = \"tail\"\nwidth = 0.02\n\
+                    origin = { bone = \"tail\", offset = [0, 0, 0] }\ninsertion = { bone = \"tail\", offset = [0, 1, 0] }\n";
+    refused(stranger, &["muscle `a`", "tail"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_named_and_leave_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("file"), "theirs").expect("written");
+    fs::create_dir(folder.path().join("folder.pc2")).expect("made");
+    let outputs =
+        [("file/out.pc2", "out.pc2"), ("folder.pc2", "is a folder"), ("file", "is a file"), ("a.abc", ".abc")];
+    for (out, word) in outputs {
+        let path = folder.path().join(out);
+        let command = ["bake", "--device", "cpu", "--skinning", "linear", "--frames", "0"];
+        let output = sinew().args(command).arg(asset("arm.glb")).arg("-o").arg(&path).output().expect("runs");
+        let line = refusal(&output, 3);
+        assert!(line.contains(word) && line.contains(out), "{line}");
+    }
+    assert_eq!(names(folder.path()), ["file", "folder.pc2"]);
+    assert_eq!(fs::read(folder.path().join("file")).expect("kept"), b"theirs");
+}
+
+#[test]
+fn a_sequence_that_fails_halfway_takes_its_files_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("walk");
+    fs::create_dir_all(out.join("frame_0003.obj")).expect("an obstacle");
+    let command = ["bake", "--device", "cpu", "--skinning", "linear", "--frames", "0..5"];
+    let output = sinew().args(command).arg(asset("arm.glb")).arg("-o").arg(&out).output().expect("runs");
+    assert!(refusal(&output, 3).contains("frame_0003.obj"));
+    assert_eq!(names(&out), ["frame_0003.obj"]);
+}
