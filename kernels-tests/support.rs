@@ -7,6 +7,7 @@ use sinew::{
     rig::{Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleSize, MuscleSpec, Part, Pose, Rig},
     schedule::KernelId,
 };
+use std::io::Write;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// The one device of this process, and its pipelines.
@@ -34,7 +35,7 @@ pub fn gpu() -> Option<MutexGuard<'static, Gpu>> {
     static GPU: OnceLock<Option<Mutex<Gpu>>> = OnceLock::new();
     let gpu = GPU.get_or_init(|| {
         if std::env::var("SINEW_SKIP_GPU").is_ok_and(|v| v == "1") {
-            eprintln!("SINEW_SKIP_GPU=1: tests on a device are skipped");
+            announce("SINEW_SKIP_GPU=1: tests on a device are skipped");
             return None;
         }
         let opened = match std::env::var("SINEW_TEST_DEVICE") {
@@ -43,7 +44,7 @@ pub fn gpu() -> Option<MutexGuard<'static, Gpu>> {
             Err(_) => Headless::new(&DeviceChoice::Software).or_else(|_| Headless::new(&DeviceChoice::Auto)),
         };
         let headless = opened.unwrap_or_else(|e| panic!("{e} (or set SINEW_SKIP_GPU=1)"));
-        eprintln!("tests run on {} ({})", headless.info.name, headless.info.driver_info);
+        announce(&format!("tests run on {} ({})", headless.info.name, headless.info.driver_info));
         let kernels = Kernels::new(&headless.device).expect("pipelines");
         Some(Mutex::new(Gpu { headless, kernels }))
     });
@@ -223,7 +224,7 @@ pub fn bent(degrees: f32) -> Pose {
 pub fn data() -> Option<std::path::PathBuf> {
     let folder = std::env::var_os("SINEW_DATA").map(std::path::PathBuf::from);
     if folder.is_none() {
-        eprintln!("SINEW_DATA is not set: tests on other people's characters are passed over");
+        announce("SINEW_DATA is not set: tests on other people's characters are passed over");
     }
     folder
 }
@@ -231,4 +232,9 @@ pub fn data() -> Option<std::path::PathBuf> {
 /// Points with `w = 1`.
 pub fn points(vectors: &[Vec3]) -> Vec<Vec4> {
     vectors.iter().map(|v| v.extend(1.0)).collect()
+}
+
+/// Writes past the capture of test output: the line matters most when everything passes.
+fn announce(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

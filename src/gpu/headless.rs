@@ -32,7 +32,8 @@ pub struct Headless {
     pub info: wgpu::AdapterInfo,
     /// The limits the device was made with: wgpu's defaults, and the adapter's own for buffers and pictures.
     pub limits: wgpu::Limits,
-    /// Whether timestamps can be taken at the borders of passes.
+    /// Whether timestamps can be taken at the borders of passes. A software adapter's are not to be trusted: lavapipe
+    /// may take both of a compute pass before the work between them.
     pub timestamps: bool,
     failure: Arc<Mutex<Failure>>,
     pub(super) staging: Mutex<Option<wgpu::Buffer>>,
