@@ -1,12 +1,16 @@
-//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device.
+//! Tests of kernels against their twins, of the command, and of the repository's own rules: one process, one device,
+//! one test on it at a time.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod cli;
+mod doors;
 mod field_sample;
+mod frame;
 mod layout;
 mod march;
 mod muscle_shape;
 mod normals;
+mod render;
 mod repo;
 mod skin_dual_quaternion;
 mod skin_linear;

@@ -15,25 +15,37 @@ pub struct Gpu {
     pub kernels: Kernels,
 }
 
-/// The shared device, for one test at a time. Software is taken where there is any: it is what CI pins.
+impl std::ops::Deref for Gpu {
+    type Target = Headless;
+
+    fn deref(&self) -> &Headless {
+        &self.headless
+    }
+}
+
+/// The shared device, for one test at a time; `None` where `SINEW_SKIP_GPU=1` excuses a machine without one.
 ///
-/// A missing adapter fails the test, unless `SINEW_SKIP_GPU=1` says that it may be passed over: then `None`.
+/// Software adapters are preferred, so that a test means the same on every machine; `SINEW_TEST_DEVICE` names another
+/// (`auto` takes the best there is).
+///
+/// # Panics
+/// Without an adapter: a test that did not run is not a test that passed.
 pub fn gpu() -> Option<MutexGuard<'static, Gpu>> {
     static GPU: OnceLock<Option<Mutex<Gpu>>> = OnceLock::new();
     let gpu = GPU.get_or_init(|| {
-        let opened = Headless::new(&DeviceChoice::Software).or_else(|_| Headless::new(&DeviceChoice::Auto));
-        match opened {
-            Ok(headless) => {
-                eprintln!("tests run on {} ({})", headless.info.name, headless.info.driver_info);
-                let kernels = Kernels::new(&headless.device).expect("pipelines");
-                Some(Mutex::new(Gpu { headless, kernels }))
-            }
-            Err(_) if std::env::var("SINEW_SKIP_GPU").is_ok_and(|v| v == "1") => {
-                eprintln!("SINEW_SKIP_GPU=1: no adapter, GPU tests are passed over");
-                None
-            }
-            Err(error) => panic!("{error}"),
+        if std::env::var("SINEW_SKIP_GPU").is_ok_and(|v| v == "1") {
+            eprintln!("SINEW_SKIP_GPU=1: tests on a device are skipped");
+            return None;
         }
+        let opened = match std::env::var("SINEW_TEST_DEVICE") {
+            Ok(name) if name == "auto" => Headless::new(&DeviceChoice::Auto),
+            Ok(name) => Headless::new(&DeviceChoice::Named(name)),
+            Err(_) => Headless::new(&DeviceChoice::Software).or_else(|_| Headless::new(&DeviceChoice::Auto)),
+        };
+        let headless = opened.unwrap_or_else(|e| panic!("{e} (or set SINEW_SKIP_GPU=1)"));
+        eprintln!("tests run on {} ({})", headless.info.name, headless.info.driver_info);
+        let kernels = Kernels::new(&headless.device).expect("pipelines");
+        Some(Mutex::new(Gpu { headless, kernels }))
     });
     gpu.as_ref().map(|gpu| gpu.lock().unwrap_or_else(PoisonError::into_inner))
 }

@@ -17,17 +17,17 @@ fn light_studio(albedo: vec3<f32>, n: vec3<f32>, to_eye: vec3<f32>, gloss: f32) 
     let right = view.right.xyz;
     let up = view.up.xyz;
     let toward = view.toward.xyz;
-    let key = normalize(-0.62 * right + 0.66 * up + 0.42 * toward);
+    let key = normalize(-0.60 * right + 0.70 * up + 0.28 * toward);
     let fill = normalize(0.85 * right + 0.05 * up + 0.55 * toward);
     let rim_left = normalize(-0.80 * right + 0.25 * up - 0.60 * toward);
     let rim_right = normalize(0.75 * right + 0.45 * up - 0.60 * toward);
 
     let facing = clamp(dot(n, to_eye), 0.0, 1.0);
     let sky = 0.5 + 0.5 * n.y;
-    let ambient = mix(vec3<f32>(0.050, 0.046, 0.044), vec3<f32>(0.120, 0.128, 0.140), sky * sky);
+    let ambient = mix(vec3<f32>(0.036, 0.034, 0.032), vec3<f32>(0.095, 0.102, 0.112), sky * sky);
     var light = ambient;
-    light += vec3<f32>(0.900, 0.865, 0.815) * light_wrapped(dot(n, key), 0.12);
-    light += vec3<f32>(0.085, 0.100, 0.125) * light_wrapped(dot(n, fill), 0.25);
+    light += vec3<f32>(1.120, 1.075, 1.010) * light_wrapped(dot(n, key), 0.08);
+    light += vec3<f32>(0.100, 0.115, 0.140) * light_wrapped(dot(n, fill), 0.20);
     // Grazing sides darken: what turns away from the eye recedes.
     light *= mix(0.55, 1.0, sqrt(facing));
 

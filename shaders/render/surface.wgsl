@@ -34,7 +34,7 @@ fn surface_vertex(in: SurfaceIn) -> SurfaceOut {
     var out: SurfaceOut;
     out.clip = view.view_projection * vec4<f32>(world, 1.0);
     out.world = world;
-    out.normal = select(turned, -turned, determinant < 0.0);
+    out.normal = light_unit(select(turned, -turned, determinant < 0.0), vec3<f32>(0.0));
     out.uv = in.uv;
     out.mirrored = select(0u, 1u, determinant < 0.0);
     return out;
@@ -73,8 +73,8 @@ fn surface_ghost(in: SurfaceOut, @builtin(front_facing) front: bool) -> @locatio
     let n = surface_normal(in, front, to_eye);
     let own = surface_albedo(in.uv);
     let glass = mix(vec3<f32>(0.52, 0.60, 0.70), own, 0.35);
-    let lit = light_studio(glass, n, to_eye, 0.12);
     let edge = pow(1.0 - clamp(dot(n, to_eye), 0.0, 1.0), view.ghost_power);
+    let lit = light_studio(glass, n, to_eye, 0.12) + vec3<f32>(0.16, 0.19, 0.23) * edge;
     let opacity = mix(view.ghost_facing, view.ghost_edge, edge);
     return vec4<f32>(lit * opacity, opacity);
 }

@@ -127,7 +127,12 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
         clips: scene
             .clips
             .iter()
-            .map(|c| Clip { name: c.name.clone(), start_seconds: c.start, seconds: c.end - c.start, channels: c.channels.len() })
+            .map(|c| Clip {
+                name: c.name.clone(),
+                start_seconds: c.start,
+                seconds: c.end - c.start,
+                channels: c.channels.len(),
+            })
             .collect(),
         materials: character
             .materials

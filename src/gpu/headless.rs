@@ -1,6 +1,6 @@
 //! A device of our own, for the command, tests and benches. An engine brings its own and never comes here.
 
-use crate::error::DeviceError;
+use crate::error::{DeviceError, one_line};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -201,10 +201,6 @@ impl std::fmt::Debug for Headless {
 /// The guarded value, also after a panic elsewhere: what is guarded here is whole at any time.
 pub(super) fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ impl Frame<'_> {
     fn params(&self) -> ViewParams {
         let camera = self.camera;
         let (ghost_facing, ghost_edge, ghost_power) = match self.view {
-            View::Muscles => (0.03, 0.20, 2.5),
+            View::Muscles => (0.03, 0.26, 2.5),
             View::Skin | View::Xray => (0.14, 0.85, 2.0),
         };
         ViewParams {

@@ -49,7 +49,7 @@ impl Axis {
 /// The colour of a muscle at `activation` 0..=1, linear RGB: muted rose at rest, saturated red when fully active.
 pub fn activation_color(activation: f32) -> [f32; 3] {
     // Rest, half active, active; chosen to differ in lightness too, for eyes that tell red and grey apart badly.
-    const RAMP: [[f32; 3]; 3] = [[0.30, 0.26, 0.36], [0.62, 0.17, 0.15], [0.86, 0.035, 0.02]];
+    const RAMP: [[f32; 3]; 3] = [[0.40, 0.27, 0.36], [0.64, 0.17, 0.16], [0.86, 0.035, 0.02]];
     let t = if activation.is_nan() { 0.0 } else { activation.clamp(0.0, 1.0) * 2.0 };
     let (from, to, t) = if t < 1.0 { (RAMP[0], RAMP[1], t) } else { (RAMP[1], RAMP[2], t - 1.0) };
     std::array::from_fn(|c| from[c] + (to[c] - from[c]) * t)

@@ -41,7 +41,7 @@ impl Default for BuildOptions {
 }
 
 /// A character ready to deform; immutable, shared by all its instances on either side.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Rig {
     /// The character it was built from.
     pub character: Character,
@@ -63,6 +63,18 @@ pub struct Rig {
     pub targets: Vec<VertexTarget>,
     /// Triangles around every vertex.
     pub topology: Topology,
+}
+
+impl std::fmt::Debug for Rig {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (vertices, groups) = (self.character.vertex_count(), self.grids.len());
+        write!(
+            f,
+            "Rig({}: {vertices} vertices, {groups} field groups, {} muscles)",
+            self.character.name,
+            self.muscles.len()
+        )
+    }
 }
 
 impl Rig {
