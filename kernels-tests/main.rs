@@ -5,6 +5,7 @@
 mod cli;
 mod doors;
 mod field_sample;
+mod fields;
 mod frame;
 mod layout;
 mod march;

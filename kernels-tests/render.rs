@@ -3,7 +3,7 @@
 use crate::support;
 use glam::{Mat4, Vec2, Vec3, vec2, vec3};
 use sinew::error::DeviceError;
-use sinew::gpu::{Headless, readback};
+use sinew::gpu::{Headless, Timer, readback};
 use sinew::render::{
     Axis, Camera, ColorMesh, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View,
     tube, vertex_buffer,
@@ -404,4 +404,68 @@ fn errors_of_the_device_are_kept_and_returned_once() {
     assert!(matches!(error, DeviceError::Invalid { .. }) && !error.to_string().contains('\n'), "{error}");
     headless.check().unwrap();
     headless.wait().unwrap();
+}
+
+#[test]
+fn a_longer_pass_takes_longer() {
+    let Some(headless) = support::gpu() else { return };
+    assert!(Timer::new(&headless, 0).is_none());
+    let Some(timer) = Timer::new(&headless, 2) else {
+        assert!(!headless.timestamps);
+        return;
+    };
+    let source = "override turns: u32;
+        @group(0) @binding(0) var<storage, read_write> out: array<u32>;
+        @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+            var x = id.x + 1u;
+            for (var i = 0u; i < turns; i++) { x ^= x << 13u; x ^= x >> 17u; x ^= x << 5u; }
+            out[id.x] = x;
+        }";
+    let device = &headless.device;
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    });
+    let pipeline = |turns: f64| {
+        let constants = [("turns", turns)];
+        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: None,
+            layout: None,
+            module: &module,
+            entry_point: None,
+            compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+            cache: None,
+        })
+    };
+    let pipelines = [pipeline(1.0), pipeline(100_000.0)];
+    let out = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: 64 * 64 * 4,
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let run = || {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        for (i, pipeline) in (0u32..).zip(&pipelines) {
+            let bind = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout: &pipeline.get_bind_group_layout(0),
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: out.as_entire_binding() }],
+            });
+            let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes: timer.pass(i) };
+            let mut pass = encoder.begin_compute_pass(&descriptor);
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &bind, &[]);
+            pass.dispatch_workgroups(64, 1, 1);
+        }
+        timer.gather(&mut encoder);
+        headless.queue.submit([encoder.finish()]);
+        timer.read(&headless).unwrap()
+    };
+    // The first run compiles.
+    run();
+    let times = run();
+    assert_eq!(times.len(), 2);
+    assert!(times[1] > times[0] * 4, "{times:?}");
+    assert!(timer.pass(2).is_none());
 }

@@ -67,6 +67,21 @@ impl Bar {
     }
 }
 
+/// Bars end to end, with nothing added where they meet.
+struct Tissue(Vec<Bar>);
+
+impl Tissue {
+    /// Bars through points that are given in bones' spaces, with their radii.
+    fn new(points: &[(&Frame, [f64; 3], f64)]) -> Tissue {
+        let at = |i: usize| points[i].0.point(DVec3::from(points[i].1));
+        Tissue((1..points.len()).map(|i| Bar::new(at(i - 1), at(i), (points[i - 1].2, points[i].2))).collect())
+    }
+
+    fn distance(&self, point: DVec3) -> f64 {
+        self.0.iter().map(|b| b.distance(point)).fold(f64::INFINITY, f64::min)
+    }
+}
+
 /// Smooth minimum of any number of distances: the same whatever their order.
 pub fn smooth_min(distances: impl Iterator<Item = f64> + Clone, blend: f64) -> f64 {
     let least = distances.clone().fold(f64::INFINITY, f64::min);
@@ -76,7 +91,7 @@ pub fn smooth_min(distances: impl Iterator<Item = f64> + Clone, blend: f64) -> f
 
 /// The skin of the arm in the bind pose.
 pub struct Skin {
-    bars: Vec<Bar>,
+    core: Vec<Tissue>,
     sweeps: Vec<Sweep>,
     wrist: Frame,
     /// The hand's pieces.
@@ -88,7 +103,7 @@ impl Skin {
     pub fn new(skeleton: &Skeleton) -> Skin {
         let mut sweeps: Vec<Sweep> = muscles::all().iter().map(|m| m.sweep(skeleton)).collect();
         sweeps.extend(deltoid(&skeleton.upperarm));
-        Skin { bars: core(skeleton), sweeps, wrist: skeleton.hand, hand: Hand::new(&skeleton.hand) }
+        Skin { core: core(skeleton), sweeps, wrist: skeleton.hand, hand: Hand::new(&skeleton.hand) }
     }
 
     /// Roughly the distance to the skin, metres, negative inside.
@@ -98,9 +113,9 @@ impl Skin {
         let past_wrist = self.wrist.local(point).y;
         let mut parts = [f64::INFINITY; 7];
         if past_wrist < REACH {
-            let bars = self.bars.iter().map(|b| b.distance(point));
+            let core = self.core.iter().map(|b| b.distance(point));
             let sweeps = self.sweeps.iter().map(|s| s.distance(point));
-            parts[5] = smooth_min(bars.chain(sweeps), ARM_BLEND) - SKIN;
+            parts[5] = smooth_min(core.chain(sweeps), ARM_BLEND) - SKIN;
         }
         if past_wrist > -REACH {
             parts[6] = smooth_min(self.hand.palm.iter().map(|b| b.distance(point)), PALM_BLEND);
@@ -141,41 +156,47 @@ impl Skin {
         from + direction * near
     }
 
-    /// The point brought back to the skin along the gradient.
-    pub fn project(&self, mut point: DVec3, digits: Digits) -> DVec3 {
-        for _ in 0..4 {
-            let gradient = self.gradient(point, digits);
-            let step = gradient * (self.distance(point, digits) / gradient.length_squared().max(0.05));
-            point -= step.clamp_length_max(0.003);
-        }
-        point
+    /// One Newton step towards the skin along a gradient taken nearby.
+    pub fn approach(&self, point: DVec3, gradient: DVec3, digits: Digits) -> DVec3 {
+        let step = gradient * (self.distance(point, digits) / gradient.length_squared().max(0.05));
+        point - step.clamp_length_max(0.003)
     }
 }
 
 /// Bones and the deep tissue around them.
-fn core(skeleton: &Skeleton) -> Vec<Bar> {
-    let v = DVec3::new;
-    let (upper, lower) = (&skeleton.upperarm, &skeleton.lowerarm);
-    let twisted = |x: f64, y: f64, z: f64| skeleton.hand.point(v(x, y, z));
+fn core(skeleton: &Skeleton) -> Vec<Tissue> {
+    let (upper, lower, hand) = (&skeleton.upperarm, &skeleton.lowerarm, &skeleton.hand);
+    let ball = |frame: &Frame, centre, radius| Tissue::new(&[(frame, centre, radius), (frame, centre, radius)]);
     vec![
-        // The shoulder's ball, and the deep tissue round the humerus: wider than deep.
-        Bar::ball(upper.point(v(0.002, 0.002, 0.000)), 0.0470),
-        Bar::new(upper.point(v(0.014, 0.03, 0.002)), upper.point(v(0.010, 0.15, 0.0)), (0.0360, 0.0290)),
-        Bar::new(upper.point(v(-0.006, 0.03, 0.0)), upper.point(v(-0.011, 0.15, 0.0)), (0.0360, 0.0285)),
-        Bar::new(upper.point(v(0.010, 0.15, 0.0)), upper.point(v(0.010, 0.28, -0.001)), (0.0290, 0.0265)),
-        Bar::new(upper.point(v(-0.011, 0.15, 0.0)), upper.point(v(-0.010, 0.28, -0.001)), (0.0285, 0.0270)),
+        // The shoulder's ball.
+        ball(upper, [0.002, 0.002, 0.000], 0.0470),
+        // Deep tissue round the humerus, wider than deep.
+        Tissue::new(&[
+            (upper, [0.014, 0.03, 0.002], 0.0385),
+            (upper, [0.010, 0.15, 0.0], 0.0315),
+            (upper, [0.010, 0.28, -0.001], 0.0270),
+        ]),
+        Tissue::new(&[
+            (upper, [-0.006, 0.03, 0.0], 0.0385),
+            (upper, [-0.011, 0.15, 0.0], 0.0310),
+            (upper, [-0.010, 0.28, -0.001], 0.0270),
+        ]),
         // The epicondyles on either side of the elbow, and the olecranon behind it.
-        Bar::ball(upper.point(v(0.0270, 0.286, -0.004)), 0.0115),
-        Bar::ball(upper.point(v(-0.0260, 0.288, -0.004)), 0.0110),
-        Bar::new(lower.point(v(0.002, -0.010, -0.0200)), lower.point(v(0.004, 0.04, -0.0185)), (0.0130, 0.0110)),
-        // Deep tissue of the forearm, then ulna and radius, which cross with the hand's turn.
-        Bar::new(lower.point(v(0.009, 0.0, 0.0)), lower.point(v(0.006, 0.10, 0.0)), (0.0290, 0.0270)),
-        Bar::new(lower.point(v(-0.009, 0.0, 0.0)), lower.point(v(-0.006, 0.10, 0.0)), (0.0290, 0.0270)),
-        Bar::new(lower.point(v(0.0, 0.10, 0.0)), lower.point(v(0.0, 0.20, 0.0)), (0.0270, 0.0170)),
-        Bar::new(lower.point(v(0.006, 0.02, -0.012)), twisted(0.0145, -0.006, -0.0015), (0.0180, 0.0115)),
-        Bar::new(lower.point(v(-0.006, 0.06, 0.004)), twisted(-0.0130, -0.004, 0.0), (0.0180, 0.0140)),
-        // The styloid process of the ulna.
-        Bar::ball(twisted(0.0170, -0.012, -0.0085), 0.0062),
+        ball(upper, [0.0270, 0.286, -0.004], 0.0115),
+        ball(upper, [-0.0260, 0.288, -0.004], 0.0110),
+        Tissue::new(&[(lower, [0.002, -0.010, -0.0200], 0.0130), (lower, [0.004, 0.04, -0.0185], 0.0110)]),
+        // Deep tissue of the forearm.
+        Tissue::new(&[
+            (lower, [0.009, 0.0, 0.0], 0.0290),
+            (lower, [0.006, 0.10, 0.0], 0.0275),
+            (lower, [0.0, 0.19, 0.0], 0.0190),
+            (hand, [0.0, 0.01, 0.0005], 0.0150),
+        ]),
+        Tissue::new(&[(lower, [-0.009, 0.0, 0.0], 0.0290), (lower, [-0.006, 0.10, 0.0], 0.0270)]),
+        // Ulna and radius, which cross with the hand's turn, and the ulna's styloid process.
+        Tissue::new(&[(lower, [0.006, 0.02, -0.012], 0.0180), (hand, [0.0145, -0.006, -0.0015], 0.0115)]),
+        Tissue::new(&[(lower, [-0.006, 0.06, 0.004], 0.0180), (hand, [-0.0130, -0.004, 0.0], 0.0140)]),
+        ball(hand, [0.0170, -0.012, -0.0085], 0.0062),
     ]
 }
 
@@ -183,9 +204,9 @@ fn core(skeleton: &Skeleton) -> Vec<Bar> {
 fn deltoid(upper: &Frame) -> Vec<Sweep> {
     let v = DVec3::new;
     let heads = [
-        (v(0.008, -0.034, 0.024), v(-0.022, 0.160, 0.008), v(1.0, 0.0, 0.8), 0.0300),
-        (v(-0.022, -0.036, 0.000), v(-0.026, 0.175, 0.000), v(0.0, 0.0, 1.0), 0.0350),
-        (v(0.006, -0.034, -0.024), v(-0.022, 0.160, -0.008), v(1.0, 0.0, -0.8), 0.0310),
+        (v(0.008, -0.034, 0.024), v(-0.022, 0.180, 0.013), v(1.0, 0.0, 0.8), 0.0300),
+        (v(-0.022, -0.036, 0.000), v(-0.026, 0.185, 0.000), v(0.0, 0.0, 1.0), 0.0350),
+        (v(0.006, -0.034, -0.024), v(-0.022, 0.180, -0.013), v(1.0, 0.0, -0.8), 0.0310),
     ];
     heads
         .into_iter()

@@ -121,8 +121,8 @@ impl Digit {
             let length = measure.lengths[i];
             bars.push(Bar::new(frame.origin, frame.point(DVec3::Y * length), (from, to)));
             // The soft pad on the palm's side of every phalanx.
-            let pad = frame.point(DVec3::new(0.0, length * 0.52, 0.0028));
-            bars.push(Bar::ball(pad, 0.44 * (from + to)));
+            let pad = frame.point(DVec3::new(0.0, length * 0.50, 0.0022));
+            bars.push(Bar::ball(pad, 0.45 * (from + to)));
         }
         let chain = Chain::new(frames, measure.lengths.to_vec(), 0.0075);
         Digit { chain, lengths: measure.lengths, bars, first_ring: measure.first_ring }

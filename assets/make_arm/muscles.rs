@@ -56,7 +56,7 @@ pub fn all() -> Vec<Muscle> {
             "brachialis",
             "upperarm",
             "Under the biceps; it shows on the outer side above the elbow.",
-            v(-0.016, 0.120, 0.010),
+            v(-0.020, 0.120, 0.011),
             v(0.004, 0.032, 0.010),
             v(1.0, 0.0, 0.0),
             (3, 3),
@@ -252,6 +252,7 @@ impl Sweep {
     }
 
     /// The point of the surface at `s` in 0..=1 and `turn` in 0..1 round the axis.
+    #[cfg(test)]
     pub fn surface(&self, s: f64, turn: f64) -> DVec3 {
         let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
         let direction = self.long * cos + self.axis.cross(self.long) * sin;

@@ -19,7 +19,7 @@ const PALM: f64 = 0.094;
 const KNUCKLE_SLOPE: f64 = 0.20;
 /// Share of a digit's rings that close its tip.
 const TIP_SHARE: f64 = 0.3;
-/// Passes that even out the hand.
+/// Passes that even out the coarsest hand; finer ones need as many times more as they have vertices.
 const PASSES: usize = 24;
 
 /// The centre line of the whole arm.
@@ -101,7 +101,7 @@ pub fn place(skin: &Skin, skeleton: &Skeleton, fineness: &Fineness, topology: &T
     }
     webs(skin, fineness, topology, &rings[fineness.rings - 1], &limb, &mut points);
     digits(skin, fineness, topology, &mut points);
-    even_out(skin, skeleton, topology, &mut points);
+    even_out(skin, skeleton, topology, PASSES * fineness.m * fineness.m, &mut points);
     points
 }
 
@@ -216,7 +216,7 @@ fn seen(place: &Place) -> Digits {
 }
 
 /// Moves the hand's vertices towards the middle of their neighbours, within the skin.
-fn even_out(skin: &Skin, skeleton: &Skeleton, topology: &Topology, points: &mut [DVec3]) {
+fn even_out(skin: &Skin, skeleton: &Skeleton, topology: &Topology, passes: usize, points: &mut [DVec3]) {
     let neighbours = neighbours(topology);
     let share = |place: &Place, point: DVec3| match place {
         Place::Shoulder => 0.0,
@@ -225,7 +225,7 @@ fn even_out(skin: &Skin, skeleton: &Skeleton, topology: &Topology, points: &mut 
         Place::Digit { .. } => 0.3,
         Place::Tip { .. } => 0.0,
     };
-    for _ in 0..PASSES {
+    for _ in 0..passes {
         let before = points.to_vec();
         points.par_iter_mut().enumerate().for_each(|(vertex, point)| {
             let place = &topology.places[vertex];
@@ -235,9 +235,9 @@ fn even_out(skin: &Skin, skeleton: &Skeleton, topology: &Topology, points: &mut 
             }
             let near = &neighbours[vertex];
             let middle = near.iter().map(|&n| before[n as usize]).sum::<DVec3>() / near.len() as f64;
-            let normal = skin.gradient(before[vertex], seen(place)).normalize();
-            let move_by = (middle - before[vertex]).reject_from_normalized(normal) * share;
-            *point = skin.project(before[vertex] + move_by, seen(place));
+            let gradient = skin.gradient(before[vertex], seen(place));
+            let move_by = (middle - before[vertex]).reject_from(gradient) * share;
+            *point = skin.approach(before[vertex] + move_by, gradient, seen(place));
         });
     }
 }

@@ -50,11 +50,10 @@ fn colour(u: f64, v: f64) -> DVec3 {
     let behind = 1.0 - rise(u, 0.10, 0.45);
     if v < DIGIT_ROW {
         let at = mesh::metres_of_row(v);
-        // The shoulder sees more sun than the rest; elbow and knuckles are redder.
+        // The shoulder sees more sun than the rest; the elbow is redder, and the hand a little.
         colour = colour.lerp(back * 0.97, 0.5 * (1.0 - rise(at, 0.02, 0.20)));
         colour = colour.lerp(red, 0.40 * behind * near(at, 0.305, 0.025));
-        colour = colour.lerp(red, 0.30 * behind * near(at, 0.650, 0.012));
-        return colour.lerp(red, 0.12 * rise(at, 0.58, 0.66));
+        return colour.lerp(red, 0.12 * rise(at, 0.50, 0.60));
     }
     let over = (v - DIGIT_ROW) / (1.0 - DIGIT_ROW);
     colour = colour.lerp(red, 0.12 + 0.16 * rise(over, 0.60, 1.0));

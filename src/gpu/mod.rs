@@ -9,9 +9,11 @@ mod kernels;
 mod output;
 pub mod readback;
 mod rig_buffers;
+mod timing;
 
 pub use headless::{DeviceChoice, Headless, adapters};
 pub use instance::{Batch, Instance};
 pub use kernels::Kernels;
 pub use output::{Output, OutputLayout};
 pub use rig_buffers::RigBuffers;
+pub use timing::Timer;

@@ -102,6 +102,16 @@ impl Camera {
     }
 }
 
+/// The smallest box around `points`, as [`Camera::frame`] takes it; points that are not finite are left out.
+///
+/// Without points the low corner lies above the high one, and joining it with another box yields that box.
+pub fn enclose(points: impl IntoIterator<Item = Vec3>) -> (Vec3, Vec3) {
+    points
+        .into_iter()
+        .filter(|p| p.is_finite())
+        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+}
+
 /// Centre and half sides of the box, made finite and nowhere too thin.
 fn usable((low, high): (Vec3, Vec3)) -> (Vec3, Vec3) {
     // Beyond this a squared distance leaves f32.
@@ -205,6 +215,13 @@ mod tests {
                 .view_projection()
                 .is_finite()
         );
+    }
+
+    #[test]
+    fn boxes_enclose_what_is_finite() {
+        let points = [Vec3::new(1.0, -2.0, 3.0), Vec3::NAN, Vec3::new(-1.0, 5.0, 3.0), Vec3::INFINITY];
+        assert_eq!(enclose(points), (Vec3::new(-1.0, -2.0, 3.0), Vec3::new(1.0, 5.0, 3.0)));
+        assert_eq!(enclose([]), (Vec3::INFINITY, Vec3::NEG_INFINITY));
     }
 
     #[test]

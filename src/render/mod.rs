@@ -14,7 +14,7 @@ pub mod shader;
 mod targets;
 mod tubes;
 
-pub use camera::{Camera, Direction};
+pub use camera::{Camera, Direction, enclose};
 pub use frame::{Frame, Light, Surface, View};
 pub use mesh::{Look, MaterialParams, Run, SkinMesh, VERTEX_STRIDE, interleaved, vertex_buffer};
 pub use muscles::{muscle_mesh, muscle_meshes};

@@ -14,7 +14,7 @@ use gltf::json::Mesh;
 /// The scene without its animation.
 pub(super) fn scene(source: &Source, graph: Graph) -> Result<Scene, GltfError> {
     let Graph { nodes, order, in_scene } = graph;
-    let (skinned, rigid) = carriers(source, &in_scene)?;
+    let Carriers { skinned, rigid } = carriers(source, &in_scene)?;
     if skinned.is_empty() && rigid.is_empty() {
         return Err(GltfError::NoMesh { file: source.cx.file() });
     }
@@ -60,9 +60,16 @@ struct Skinned {
     skin: usize,
 }
 
-/// The nodes of the scene that carry a mesh, with a skin and without, by ascending index.
-fn carriers(source: &Source, in_scene: &[bool]) -> Result<(Vec<Skinned>, Vec<(u32, usize)>), GltfError> {
-    let (mut skinned, mut rigid) = (Vec::new(), Vec::new());
+/// The nodes of the scene that carry a mesh, by ascending index.
+#[derive(Default)]
+struct Carriers {
+    skinned: Vec<Skinned>,
+    /// Node and mesh.
+    rigid: Vec<(u32, usize)>,
+}
+
+fn carriers(source: &Source, in_scene: &[bool]) -> Result<Carriers, GltfError> {
+    let mut carriers = Carriers::default();
     let (meshes, skins) = (source.root.meshes.len(), source.root.skins.len());
     for (index, node) in source.root.nodes.iter().enumerate().filter(|(index, _)| in_scene[*index]) {
         let Some(mesh) = node.mesh.map(|m| m.value()) else { continue };
@@ -72,11 +79,11 @@ fn carriers(source: &Source, in_scene: &[bool]) -> Result<(Vec<Skinned>, Vec<(u3
         }
         match node.skin.map(|s| s.value()) {
             Some(skin) if skin >= skins => return Err(source.cx.dangling(element(), "skin", skin, skins)),
-            Some(skin) => skinned.push(Skinned { node: index as u32, mesh, skin }),
-            None => rigid.push((index as u32, mesh)),
+            Some(skin) => carriers.skinned.push(Skinned { node: index as u32, mesh, skin }),
+            None => carriers.rigid.push((index as u32, mesh)),
         }
     }
-    Ok((skinned, rigid))
+    Ok(carriers)
 }
 
 fn mesh_name(mesh: &Mesh, index: usize, primitive: usize) -> String {

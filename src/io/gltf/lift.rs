@@ -28,6 +28,8 @@ const HARMLESS: &[&str] = &[
 
 /// Members that hold decimal numbers.
 const DECIMALS: &[&str] = &["matrix", "translation", "rotation", "scale", "baseColorFactor"];
+/// Largest decimal up to which every whole number has a value of its own.
+const EXACT: f64 = 9_007_199_254_740_992.0;
 /// Members that hold sizes in bytes or elements, which may pass 32 bits.
 const SIZES: &[&str] = &["byteLength", "byteOffset", "byteStride", "count"];
 
@@ -132,11 +134,9 @@ fn normalise_numbers(value: &mut Value, key: &str) {
         Value::Object(object) => object.iter_mut().for_each(|(key, value)| normalise_numbers(value, key)),
         Value::Array(items) => items.iter_mut().for_each(|item| normalise_numbers(item, key)),
         Value::Number(number) if !DECIMALS.contains(&key) => {
-            let exact = 2f64.powi(53);
-            if let Some(decimal) = number.as_f64().filter(|d| number.is_f64() && d.fract() == 0.0) {
-                if (0.0..=exact).contains(&decimal) {
-                    *value = Value::from(decimal as u64);
-                }
+            let whole = number.as_f64().filter(|d| number.is_f64() && d.fract() == 0.0 && (0.0..=EXACT).contains(d));
+            if let Some(whole) = whole {
+                *value = Value::from(whole as u64);
             }
             if !SIZES.contains(&key) && value.as_u64().is_some_and(|n| n > u64::from(u32::MAX)) {
                 *value = Value::from(u32::MAX);
@@ -187,5 +187,6 @@ fn locate(value: &Value, error: &serde_json::Error, cx: &Context) -> GltfError {
             None => {}
         }
     }
-    json_error(cx, "JSON", error)
+    let element = if value.get("scene").is_some_and(|scene| !scene.is_u64()) { "scene" } else { "JSON" };
+    json_error(cx, element, error)
 }

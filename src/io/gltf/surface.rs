@@ -122,7 +122,7 @@ fn triangles(
             fan.windows(2).map(|w| [w[0], w[1], corners[0]]).collect()
         }
         _ => {
-            if corners.len() % 3 != 0 {
+            if !corners.len().is_multiple_of(3) {
                 cx.note(format!("{place}: {} corners are left over after its last triangle", corners.len() % 3));
             }
             corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()

@@ -97,7 +97,8 @@ pub fn build_fields(character: &Character, groups: &FieldGroups, options: &Field
     check("grid_resolution", options.grid_resolution, 8, 256)?;
 
     let shapes = Shape::of_groups(character, groups);
-    let built: Vec<(FilledGrid, FitReport)> = groups
+    // Collected before the first error is looked for, so that the same group is named every time.
+    let built: Vec<Result<(FilledGrid, FitReport), FieldError>> = groups
         .groups
         .par_iter()
         .zip(&shapes)
@@ -106,7 +107,8 @@ pub fn build_fields(character: &Character, groups: &FieldGroups, options: &Field
             let seed = options.seed ^ (g as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             build(character, group, shape, samples as usize, options.grid_resolution, seed)
         })
-        .collect::<Result<_, _>>()?;
+        .collect();
+    let built: Vec<(FilledGrid, FitReport)> = built.into_iter().collect::<Result<_, _>>()?;
 
     let total: u64 = built.iter().map(|(filled, _)| filled.nodes.len() as u64).sum();
     if total > u64::from(u32::MAX) {
@@ -141,7 +143,7 @@ fn build(
     let mut points: Vec<HermiteSample> =
         sampling.samples.iter().map(|s| HermiteSample { position: s.position, normal: s.normal }).collect();
     let sample_count = points.len();
-    for cap in shape.caps() {
+    for cap in shape.caps(&points) {
         let clearance = CAP_CLEARANCE * sampling.radius;
         if points.iter().all(|p| p.position.distance(cap.position) > clearance) {
             points.push(cap);

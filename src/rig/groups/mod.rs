@@ -16,12 +16,15 @@ pub use names::{BodyPart, Side};
 use crate::rig::Character;
 use structure::{Merging, NONE};
 
+/// A joint moves a group in earnest where it has this share of the group's skin.
+const EARNEST_SHARE: f64 = 0.01;
+
 /// Joints that share one field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
     /// Readable and unique: `upperarm_l`, `chest`, or the joint's own name.
     pub name: String,
-    /// The joint that drives the field: the one with most of the group's vertices.
+    /// The joint that drives the field: in most groups the one with the largest share of the group's skin.
     pub joint: u32,
     /// All joints of the group, ascending.
     pub joints: Vec<u32>,
@@ -57,12 +60,13 @@ impl FieldGroups {
         let renumber = |g: u32| live.iter().position(|&l| l == g).map_or(NONE, |k| k as u32);
         let owner: Vec<u32> = merging.owner.iter().map(|&o| renumber(o)).collect();
         let group_of_joint: Vec<u32> = merging.group_of_joint.iter().map(|&g| renumber(g)).collect();
+        let areas = vertex_areas(character);
         let mut groups: Vec<Group> = live
             .iter()
             .enumerate()
             .map(|(k, &g)| Group {
                 name: unique_name(&merging, &live, g),
-                joint: driver(character, &owner, &group_of_joint, k as u32),
+                joint: driver(character, &areas, &owner, &group_of_joint, k as u32, merging.part(g)),
                 joints: (0..group_of_joint.len() as u32).filter(|&j| group_of_joint[j as usize] == k as u32).collect(),
                 parent: merging.parent(g).map(renumber),
                 passive: merging.part(g).is_some_and(BodyPart::is_end),
@@ -91,15 +95,54 @@ fn unique_name(merging: &Merging, live: &[u32], group: u32) -> String {
     if live.iter().any(|&g| g != group && merging.name(g) == name) { format!("{name}_{group}") } else { name }
 }
 
-/// The joint of group `g` that is the strongest of the group's in most of its vertices, the first of equals.
-fn driver(character: &Character, owner: &[u32], group_of_joint: &[u32], g: u32) -> u32 {
-    let mut votes = vec![0_u32; group_of_joint.len()];
+/// The joint of group `g` that drives its field.
+///
+/// The one with the largest share of the group's skin, the first of equals. Heads, hands and feet have many joints that
+/// lie close together and take the first that moves skin in earnest; a pelvis takes a joint of that name before the
+/// lower spine, so that it stays with the thighs.
+fn driver(
+    character: &Character,
+    areas: &[f32],
+    owner: &[u32],
+    group_of_joint: &[u32],
+    g: u32,
+    part: Option<BodyPart>,
+) -> u32 {
+    let mut shares = vec![0.0_f64; group_of_joint.len()];
     for v in (0..owner.len()).filter(|&v| owner[v] == g) {
-        let of_group = |i: &&crate::rig::Influence| group_of_joint[i.joint as usize] == g;
-        if let Some(strongest) = character.influences_of(v).iter().find(of_group) {
-            votes[strongest.joint as usize] += 1;
+        for influence in character.influences_of(v).iter().filter(|i| group_of_joint[i.joint as usize] == g) {
+            shares[influence.joint as usize] += f64::from(areas[v] * influence.weight);
         }
     }
-    let joints = (0..votes.len()).filter(|&j| group_of_joint[j] == g);
-    joints.rev().max_by_key(|&j| votes[j]).map_or(0, |j| j as u32)
+    let total: f64 = shares.iter().sum();
+    let all = || (0..shares.len()).filter(|&j| group_of_joint[j] == g);
+    let earnest = |j: &usize| shares[*j] > EARNEST_SHARE * total;
+    let largest = |joints: &mut dyn DoubleEndedIterator<Item = usize>| {
+        joints.rev().max_by(|&a, &b| shares[a].total_cmp(&shares[b]))
+    };
+    let preferred = match part {
+        Some(part) if part.is_end() => all().find(earnest),
+        Some(part @ BodyPart::Pelvis) => {
+            let named = |j: &usize| names::read(&character.joints[*j].name).word == names::Word::Part(part);
+            largest(&mut all().filter(earnest).filter(named))
+        }
+        _ => None,
+    };
+    preferred.or_else(|| largest(&mut all())).map_or(0, |j| j as u32)
 }
+
+/// A third of the area of the triangles around every vertex, square metres.
+fn vertex_areas(character: &Character) -> Vec<f32> {
+    let mut areas = vec![0.0; character.vertex_count()];
+    for corners in &character.triangles {
+        let [a, b, c] = corners.map(|v| character.positions_rest[v as usize]);
+        let area = (b - a).cross(c - a).length() / 6.0;
+        for &v in corners {
+            areas[v as usize] += if area.is_finite() { area } else { 0.0 };
+        }
+    }
+    areas
+}
+
+#[cfg(test)]
+mod tests;

@@ -136,7 +136,7 @@ fn split_spine(character: &Character, keys: &mut [Option<Key>], spine: &[bool]) 
     let middle_of = |part: BodyPart| {
         let top = |j: &usize| {
             matches!(keys[*j], Some(Key::Body(p, _)) if p == part)
-                && !character.joints[*j].parent.is_some_and(|p| keys[p as usize] == keys[*j])
+                && character.joints[*j].parent.is_none_or(|p| keys[p as usize] != keys[*j])
         };
         mean((0..keys.len()).filter(top).map(position))
     };

@@ -12,6 +12,13 @@ const JOINT_DROP: f64 = 0.2;
 const JUNCTION_QUANTILE: f64 = 0.1;
 /// A joint moves a group's vertices in earnest where it is the strongest in this share of them.
 const EARNEST_SHARE: f64 = 0.01;
+/// Directions in which a closing ball may have a cap.
+const BALL_CAPS: u32 = 32;
+/// A direction is covered where a sample lies within this angle of it, radians.
+const BALL_COVER: f64 = 0.5;
+/// A sample near the shoulder lies in the armpit where the cosine between its direction from the bone and the way to
+/// the parent's bone exceeds this.
+const FOLD_SIDE: f64 = 0.3;
 
 /// Where a group meets a child.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +50,26 @@ pub(super) struct Shape {
     junction_radius: f64,
     /// Whether samples next to the start, and next to the end, are dropped.
     drops: [bool; 2],
-    has_parent: bool,
+    /// The stretch of the bone that skin lies around: short of the tips where the skin closes itself, metres.
+    core: [f64; 2],
+    /// How the surface is closed where the bone starts.
+    closing: Closing,
     children: Vec<Junction>,
+}
+
+/// How a group's surface is closed where its bone starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Closing {
+    /// Nothing hangs above: the skin itself ends there.
+    None,
+    /// One cap on the bone's line.
+    Cap,
+    /// A ball around the joint wherever no skin covers it. The upper arm keeps its skin up to the shoulder's top and
+    /// drops only the armpit's; towards the chest it has none, and a single cap lets its field swell into the torso.
+    Ball {
+        /// Unit vector from the joint to the nearest point of the parent's bone.
+        inward: DVec3,
+    },
 }
 
 impl Shape {
@@ -69,6 +94,12 @@ impl Shape {
                 })
                 .collect();
             shapes[g as usize].children = ends;
+            let parent = groups.groups[g as usize].parent.map(|p| &shapes[p as usize]);
+            if let (Closing::Ball { .. }, Some(parent)) = (shapes[g as usize].closing, parent) {
+                let out = from_segment(parent.start, parent.axis, parent.length, shapes[g as usize].start);
+                let inward = (-out).normalize_or(-shapes[g as usize].axis);
+                shapes[g as usize].closing = Closing::Ball { inward };
+            }
         }
         shapes
     }
@@ -95,8 +126,12 @@ impl Shape {
         distances.sort_by(f64::total_cmp);
         let quantile = |q: f64| distances.get((distances.len() as f64 * q) as usize).copied().unwrap_or(0.0);
         let least = 1e-4 * height;
+        let junction_radius = quantile(JUNCTION_QUANTILE).max(least);
+        let first = points.iter().map(|p| (p - start).dot(axis)).fold(f64::INFINITY, f64::min);
+        let low = if group.parent.is_none() { (first + junction_radius).min(length) } else { 0.0 };
+        let high = if children.is_empty() { length - junction_radius } else { length };
         let single = children.len() == 1;
-        let has_parent = group.parent.is_some();
+        let arm = group.part == Some(BodyPart::UpperArm);
         Shape {
             start,
             axis,
@@ -104,10 +139,15 @@ impl Shape {
             patch: patch(character, groups, g),
             vertices,
             median_radius: quantile(0.5).max(least),
-            junction_radius: quantile(JUNCTION_QUANTILE).max(least),
+            junction_radius,
+            core: if low < high { [low, high] } else { [0.5 * (low + high); 2] },
             // The deltoid sits where the upper arm starts: dropping it flattens the shoulder.
-            drops: [has_parent && children.len() < 2 && group.part != Some(BodyPart::UpperArm), single],
-            has_parent,
+            drops: [group.parent.is_some() && children.len() < 2 && !arm, single],
+            closing: match (group.parent.is_some(), arm) {
+                (false, _) => Closing::None,
+                (true, false) => Closing::Cap,
+                (true, true) => Closing::Ball { inward: -axis },
+            },
             children: Vec::new(),
         }
     }
@@ -116,23 +156,52 @@ impl Shape {
     pub fn is_clear(&self, position: DVec3, drop: f64) -> bool {
         let along = (position - self.start).dot(self.axis);
         let share = JOINT_DROP * drop * self.length;
-        !(self.drops[0] && along < share) && !(self.drops[1] && along > self.length - share)
+        let in_fold = match self.closing {
+            Closing::Ball { inward } => {
+                let out = from_segment(self.start, self.axis, self.length, position).normalize_or_zero();
+                along < share && out.dot(inward) > FOLD_SIDE
+            }
+            _ => false,
+        };
+        let near_start = self.drops[0] && along < share;
+        let near_end = self.drops[1] && along > self.length - share;
+        !(in_fold || near_start || near_end)
     }
 
     /// Whether a sample's normal faces away from the bone; a fold's does not.
     pub fn faces_out(&self, sample: &SurfaceSample) -> bool {
-        from_segment(self.start, self.axis, self.length, sample.position).dot(sample.normal) >= 0.0
+        let [low, high] = self.core;
+        from_segment(self.start + self.axis * low, self.axis, high - low, sample.position).dot(sample.normal) >= 0.0
     }
 
-    /// Points beyond the joints that close the surface.
-    pub fn caps(&self) -> Vec<HermiteSample> {
-        let own = self
-            .has_parent
-            .then(|| HermiteSample { position: self.start - self.axis * self.junction_radius, normal: -self.axis });
-        let below =
-            self.children.iter().map(|c| HermiteSample { position: c.joint + c.outward * c.radius, normal: c.outward });
-        own.into_iter().chain(below).collect()
+    /// Points beyond the joints that close the surface through `samples`.
+    pub fn caps(&self, samples: &[HermiteSample]) -> Vec<HermiteSample> {
+        let cap = |from: DVec3, outward: DVec3, radius: f64| HermiteSample {
+            position: from + outward * radius,
+            normal: outward,
+        };
+        let mut caps = match self.closing {
+            Closing::None => Vec::new(),
+            Closing::Cap => vec![cap(self.start, -self.axis, self.junction_radius)],
+            Closing::Ball { .. } => {
+                let covers = |u: DVec3| samples.iter().any(|s| (s.position - self.start).angle_between(u) < BALL_COVER);
+                directions().filter(|&u| !covers(u)).map(|u| cap(self.start, u, self.median_radius)).collect()
+            }
+        };
+        caps.extend(self.children.iter().map(|c| cap(c.joint, c.outward, c.radius)));
+        caps
     }
+}
+
+/// Unit vectors spread evenly over the sphere by the golden angle.
+fn directions() -> impl Iterator<Item = DVec3> {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    (0..BALL_CAPS).map(move |k| {
+        let y = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(BALL_CAPS);
+        let (sin, cos) = (golden * f64::from(k)).sin_cos();
+        let ring = (1.0 - y * y).sqrt();
+        DVec3::new(cos * ring, y, sin * ring)
+    })
 }
 
 /// Vector from the nearest point of the segment to `p`.

@@ -121,18 +121,30 @@ impl<'a> Merging<'a> {
     pub fn settle(&mut self) {
         loop {
             let patches = self.patches();
-            let weakest = (0..self.keys.len() as u32)
-                .filter(|&g| self.is_live(g) && self.is_too_small(g, &patches))
+            let live = (0..self.keys.len() as u32).filter(|&g| self.is_live(g));
+            let weakest = live
+                .filter(|&g| self.lacks_skin(patches[g as usize]) || self.is_short(g))
                 .min_by_key(|&g| (patches[g as usize].vertices, u32::MAX - g));
-            let Some(weakest) = weakest else { break };
-            let children = (0..self.keys.len() as u32).filter(|&g| self.is_live(g) && self.parent(g) == Some(weakest));
-            let heir = self.parent(weakest).or_else(|| children.max_by_key(|&g| patches[g as usize].vertices));
-            for group in &mut self.group_of_joint {
-                if *group == weakest {
-                    *group = heir.unwrap_or(NONE);
+            match weakest {
+                Some(weakest) => self.merge(weakest, &patches),
+                None => {
+                    let bunch = self.bunched();
+                    if bunch.is_empty() {
+                        break;
+                    }
+                    bunch.iter().for_each(|&g| self.merge(g, &patches));
                 }
             }
             self.own();
+        }
+    }
+
+    /// Gives a group's joints to its parent, else to the child with most vertices, else to none.
+    fn merge(&mut self, group: u32, patches: &[Patch]) {
+        let children = (0..self.keys.len() as u32).filter(|&g| self.is_live(g) && self.parent(g) == Some(group));
+        let heir = self.parent(group).or_else(|| children.max_by_key(|&g| patches[g as usize].vertices));
+        for of_joint in self.group_of_joint.iter_mut().filter(|g| **g == group) {
+            *of_joint = heir.unwrap_or(NONE);
         }
     }
 
@@ -155,30 +167,34 @@ impl<'a> Merging<'a> {
         patches
     }
 
-    /// Whether a group has too little skin, or is a structural group of a bone too short to bend.
-    fn is_too_small(&self, group: u32, patches: &[Patch]) -> bool {
-        let patch = patches[group as usize];
+    /// Whether a patch has too little skin to fit a field to.
+    fn lacks_skin(&self, patch: Patch) -> bool {
         let height = self.character.height_rest();
-        if patch.vertices < LEAST_VERTICES
+        patch.vertices < LEAST_VERTICES
             || patch.triangles < LEAST_TRIANGLES
             || patch.area <= LEAST_AREA * height * height
-        {
-            return true;
-        }
-        if !matches!(self.keys[group as usize], Key::Own(_)) || self.parent(group).is_none() {
-            return false;
-        }
-        let length = self.bone_length(group);
-        if length < SHORT_BONE * height {
-            return true;
-        }
-        let leaf = |g: u32| (0..self.keys.len() as u32).all(|c| !self.is_live(c) || self.parent(c) != Some(g));
-        let own = |g: &u32| self.is_live(*g) && matches!(self.keys[*g as usize], Key::Own(_));
-        let cluster = (0..self.keys.len() as u32)
-            .filter(own)
-            .filter(|&g| self.parent(g) == self.parent(group) && leaf(g) && self.bone_length(g) < CLUSTER_BONE * height)
-            .count();
-        leaf(group) && length < CLUSTER_BONE * height && cluster > 2
+    }
+
+    /// Whether only the structure suggests this group, and it hangs on another.
+    fn is_structural(&self, group: u32) -> bool {
+        matches!(self.keys[group as usize], Key::Own(_)) && self.parent(group).is_some()
+    }
+
+    /// Whether the bone of a structural group is too short to bend visibly.
+    fn is_short(&self, group: u32) -> bool {
+        self.is_structural(group) && self.bone_length(group) < SHORT_BONE * self.character.height_rest()
+    }
+
+    /// Structural leaves with small bones, three or more on one parent.
+    fn bunched(&self) -> Vec<u32> {
+        let live = || (0..self.keys.len() as u32).filter(|&g| self.is_live(g));
+        let parents: Vec<Option<u32>> = live().map(|g| self.parent(g)).collect();
+        let small: Vec<u32> = live()
+            .filter(|&g| self.is_structural(g) && !parents.contains(&Some(g)))
+            .filter(|&g| self.bone_length(g) < CLUSTER_BONE * self.character.height_rest())
+            .collect();
+        let siblings = |g: u32| small.iter().filter(|&&s| self.parent(s) == self.parent(g)).count();
+        small.iter().copied().filter(|&g| siblings(g) > 2).collect()
     }
 
     /// Distance from the group's first joint to its farthest other joint or child group, or to its farthest vertex

@@ -1,0 +1,280 @@
+use super::*;
+use crate::error::{FieldError, HrbfError};
+use crate::field::grid;
+use crate::rig::{Influence, Joint};
+use glam::{Mat4, Vec3};
+
+/// A joint of a drawn skeleton: name, index of its parent, position in metres.
+type Drawn<'a> = (&'a str, Option<u32>, [f32; 3]);
+
+/// A character with a closed tube of the given radius around every drawn bone: from a joint to its first child, or
+/// `tail` on from where its parent's bone ended. Joints named `_` move no skin.
+fn character(skeleton: &[Drawn], radius: f32, tail: f32) -> Character {
+    let mut c = Character { name: "drawn".into(), ..Character::default() };
+    c.influence_offsets.push(0);
+    for (k, &(name, parent, at)) in skeleton.iter().enumerate() {
+        let at = Vec3::from(at);
+        let inverse_bind = Mat4::from_translation(-at);
+        c.joints.push(Joint { name: name.into(), parent, node: k as u32, inverse_bind });
+        let child = skeleton.iter().find(|s| s.1 == Some(k as u32)).map(|s| Vec3::from(s.2));
+        let above = parent.map_or(at - Vec3::Y, |p| Vec3::from(skeleton[p as usize].2));
+        let end = child.unwrap_or(at + (at - above).normalize_or(Vec3::Y) * tail);
+        if !name.starts_with('_') {
+            tube(&mut c, at, end, radius, k as u32);
+        }
+    }
+    c
+}
+
+/// Adds a closed tube with rounded ends around a segment, bound to one joint.
+fn tube(c: &mut Character, start: Vec3, end: Vec3, radius: f32, joint: u32) {
+    const AROUND: u32 = 12;
+    const ALONG: u32 = 11;
+    let x = (end - start).normalize_or(Vec3::Y);
+    let (y, z) = x.any_orthonormal_pair();
+    let base = c.positions_rest.len() as u32;
+    for ring in 0..ALONG {
+        let t = ring as f32 / (ALONG - 1) as f32;
+        let narrow = (1.0 - (2.0 * t - 1.0).abs().powi(6)).max(0.0).sqrt().max(0.02);
+        for k in 0..AROUND {
+            let (sin, cos) = (std::f32::consts::TAU * k as f32 / AROUND as f32).sin_cos();
+            let out = y * cos + z * sin;
+            c.positions_rest.push(start.lerp(end, t) + out * radius * narrow);
+            c.normals_rest.push((out + x * (2.0 * t - 1.0).powi(5) * 2.0).normalize());
+            c.uvs.push(glam::Vec2::ZERO);
+            c.influences.push(Influence { joint, weight: 1.0 });
+            c.influence_offsets.push(c.influences.len() as u32);
+        }
+    }
+    for ring in 0..ALONG - 1 {
+        for k in 0..AROUND {
+            let (a, b) = (base + ring * AROUND + k, base + ring * AROUND + (k + 1) % AROUND);
+            c.triangles.extend([[a, b, b + AROUND], [a, b + AROUND, a + AROUND]]);
+        }
+    }
+}
+
+/// Names of the groups, sorted, each with its parent's.
+fn family(groups: &FieldGroups) -> Vec<String> {
+    let mut names: Vec<String> = groups
+        .groups
+        .iter()
+        .map(|g| format!("{}<{}", g.name, g.parent.map_or("", |p| &groups.groups[p as usize].name)))
+        .collect();
+    names.sort();
+    names
+}
+
+const HUMAN_FAMILY: [&str; 16] = [
+    "calf_l<thigh_l",
+    "calf_r<thigh_r",
+    "chest<pelvis",
+    "foot_l<calf_l",
+    "foot_r<calf_r",
+    "forearm_l<upperarm_l",
+    "forearm_r<upperarm_r",
+    "hand_l<forearm_l",
+    "hand_r<forearm_r",
+    "head<neck",
+    "neck<chest",
+    "pelvis<",
+    "thigh_l<pelvis",
+    "thigh_r<pelvis",
+    "upperarm_l<chest",
+    "upperarm_r<chest",
+];
+
+/// A body whose names follow the given words; `side` writes a side into a limb's name.
+fn body(trunk: [&str; 6], arm: [&str; 5], leg: [&str; 4], side: impl Fn(&str, bool) -> String) -> Character {
+    let mut names: Vec<(String, Option<u32>, [f32; 3])> = vec![
+        (trunk[0].into(), None, [0.0, 0.95, 0.0]),
+        (trunk[1].into(), Some(0), [0.0, 1.02, 0.0]),
+        (trunk[2].into(), Some(1), [0.0, 1.09, 0.0]),
+        (trunk[3].into(), Some(2), [0.0, 1.27, 0.0]),
+        (trunk[4].into(), Some(3), [0.0, 1.48, 0.0]),
+        (trunk[5].into(), Some(4), [0.0, 1.58, 0.0]),
+    ];
+    for left in [true, false] {
+        let s = if left { 1.0 } else { -1.0 };
+        let first = names.len() as u32;
+        let limb = |k: usize, x: f32, y: f32| [s * x, y, 0.01 * k as f32];
+        names.push((side(arm[0], left), Some(3), limb(0, 0.03, 1.42)));
+        names.push((side(arm[1], left), Some(first), limb(1, 0.2, 1.4)));
+        names.push((side(arm[2], left), Some(first + 1), limb(2, 0.45, 1.4)));
+        names.push((side(arm[3], left), Some(first + 2), limb(3, 0.7, 1.4)));
+        names.push((side(arm[4], left), Some(first + 3), limb(4, 0.8, 1.4)));
+        names.push((side(leg[0], left), Some(0), limb(0, 0.1, 0.93)));
+        names.push((side(leg[1], left), Some(first + 5), limb(1, 0.1, 0.5)));
+        names.push((side(leg[2], left), Some(first + 6), limb(2, 0.1, 0.1)));
+        names.push((side(leg[3], left), Some(first + 7), [s * 0.1, 0.02, 0.1]));
+    }
+    let skeleton: Vec<Drawn> = names.iter().map(|(n, p, at)| (n.as_str(), *p, *at)).collect();
+    character(&skeleton, 0.04, 0.1)
+}
+
+#[test]
+fn bodies_of_many_vocabularies_have_the_same_sixteen_groups() {
+    let unreal = body(
+        ["pelvis", "spine_01", "spine_02", "spine_03", "neck_01", "head"],
+        ["clavicle", "upperarm", "lowerarm", "hand", "index_01"],
+        ["thigh", "calf", "foot", "ball"],
+        |word, left| format!("{word}_{}", if left { "l" } else { "r" }),
+    );
+    let mixamo = body(
+        ["Hips", "Spine", "Spine1", "Spine2", "Neck", "Head"],
+        ["Shoulder", "Arm", "ForeArm", "Hand", "HandIndex1"],
+        ["UpLeg", "Leg", "Foot", "ToeBase"],
+        |word, left| format!("mixamorig:{}{word}", if left { "Left" } else { "Right" }),
+    );
+    let named_after_joints = body(
+        ["Pelvis", "Spine1", "Spine2", "Spine3", "Neck", "Head"],
+        ["Collar", "Shoulder", "Elbow", "Wrist", "Hand"],
+        ["Hip", "Knee", "Ankle", "Foot"],
+        |word, left| format!("{}_{word}", if left { "L" } else { "R" }),
+    );
+    let chains = body(
+        ["torso_joint_1", "torso_joint_2", "torso_joint_3", "torso_joint_4", "neck_joint_1", "neck_joint_2"],
+        ["clavicle", "arm_joint", "arm_joint", "arm_joint", "arm_joint"],
+        ["leg_joint", "leg_joint", "leg_joint", "leg_joint"],
+        |word, left| format!("{word}_{}_7", if left { "L" } else { "R" }),
+    );
+    for c in [unreal, mixamo, named_after_joints, chains] {
+        let groups = FieldGroups::detect(&c);
+        assert_eq!(family(&groups), HUMAN_FAMILY, "{}", c.joints[1].name);
+        assert!(groups.group_of_joint.iter().all(|&g| g != u32::MAX));
+        let spine = |j: usize| groups.groups[groups.group_of_joint[j] as usize].name.as_str();
+        assert_eq!([0, 1, 2, 3].map(spine), ["pelvis", "pelvis", "chest", "chest"]);
+        for g in &groups.groups {
+            assert_eq!(g.passive, ["head", "hand", "foot"].iter().any(|p| g.name.starts_with(p)), "{}", g.name);
+        }
+    }
+}
+
+#[test]
+fn unknown_names_leave_it_to_the_structure() {
+    let tentacle: Vec<Drawn> = [("b0", None), ("b1", Some(0)), ("b2", Some(1)), ("stub", Some(2))]
+        .iter()
+        .enumerate()
+        .map(|(k, &(name, parent))| (name, parent, [0.3 * k as f32, 1.0, 0.0]))
+        .collect();
+    let groups = FieldGroups::detect(&character(&tentacle, 0.02, 0.01));
+    assert_eq!(family(&groups), ["b0<", "b1<b0", "b2<b1"], "the stub is too short to bend");
+    assert_eq!(groups.group_of_joint, [0, 1, 2, 2]);
+    assert!(groups.groups.iter().all(|g| !g.passive && g.part.is_none()));
+}
+
+#[test]
+fn bunches_of_small_leaves_join_what_they_grow_from() {
+    let mut skeleton: Vec<Drawn> = vec![("stem", None, [0.0; 3]), ("crown", Some(0), [0.0, 1.0, 0.0])];
+    let petals: [[f32; 3]; 4] = [[0.1, 1.3, 0.0], [-0.1, 1.3, 0.0], [0.0, 1.3, 0.1], [0.0, 1.3, -0.1]];
+    skeleton.extend(petals.map(|at| ("petal", Some(1), at)));
+    let groups = FieldGroups::detect(&character(&skeleton, 0.05, 0.1));
+    assert_eq!(family(&groups), ["crown<stem", "stem<"]);
+    // Two leaves alone are no bunch.
+    let groups = FieldGroups::detect(&character(&skeleton[..4], 0.05, 0.1));
+    assert_eq!(groups.groups.len(), 4);
+    let mut names: Vec<&str> = groups.groups.iter().map(|g| g.name.as_str()).collect();
+    names.dedup();
+    assert_eq!(names.len(), 4, "names are unique: {names:?}");
+}
+
+#[test]
+fn handles_and_unused_joints_belong_to_no_group() {
+    let skeleton: Vec<Drawn> = vec![
+        ("_root", None, [0.0; 3]),
+        ("upperarm_l", Some(0), [0.0, 1.0, 0.0]),
+        ("lowerarm_l", Some(1), [0.3, 1.0, 0.0]),
+        ("hand_l", Some(2), [0.6, 1.0, 0.0]),
+        ("_IK-hand", Some(0), [0.6, 1.0, 0.0]),
+    ];
+    let groups = FieldGroups::detect(&character(&skeleton, 0.04, 0.1));
+    assert_eq!(family(&groups), ["forearm_l<upperarm_l", "hand_l<forearm_l", "upperarm_l<"]);
+    assert_eq!(groups.group_of_joint, [u32::MAX, 0, 1, 2, u32::MAX]);
+    assert!(groups.groups[2].passive);
+}
+
+#[test]
+fn skins_too_small_for_a_field_have_no_group() {
+    for joints in [2, 3, 10] {
+        let mut c = character(&[], 0.1, 0.1);
+        for k in 0..joints {
+            let parent = (k > 0).then(|| k - 1);
+            c.joints.push(Joint { name: format!("joint_{k}"), parent, node: k, inverse_bind: Mat4::IDENTITY });
+        }
+        for v in 0..10_u32 {
+            c.positions_rest.push(Vec3::new((v % 2) as f32, (v / 2) as f32, 0.0));
+            c.normals_rest.push(Vec3::Z);
+            c.influences.push(Influence { joint: v % joints, weight: 1.0 });
+            c.influence_offsets.push(c.influences.len() as u32);
+            if v >= 2 {
+                c.triangles.push([v - 2, v - 1, v]);
+            }
+        }
+        let groups = FieldGroups::detect(&c);
+        assert!(groups.groups.is_empty() && groups.owner.iter().all(|&o| o == u32::MAX));
+        assert_eq!(build_fields(&c, &groups, &FieldOptions::default()), Ok(Fields::default()));
+    }
+    let empty = Character::default();
+    assert_eq!(FieldGroups::detect(&empty), FieldGroups::default());
+}
+
+fn arm() -> Character {
+    let skeleton: Vec<Drawn> = vec![
+        ("upperarm_l", None, [0.0, 1.0, 0.0]),
+        ("lowerarm_l", Some(0), [0.3, 1.0, 0.0]),
+        ("hand_l", Some(1), [0.6, 0.95, 0.0]),
+    ];
+    character(&skeleton, 0.05, 0.12)
+}
+
+#[test]
+fn fields_follow_the_skin_and_repeat_to_the_byte() {
+    let c = arm();
+    let groups = FieldGroups::detect(&c);
+    let fields = build_fields(&c, &groups, &FieldOptions::default()).unwrap();
+    assert_eq!((fields.grids.len(), fields.fits.len()), (3, 3));
+    assert_eq!(fields, build_fields(&c, &groups, &FieldOptions::default()).unwrap());
+    let other = build_fields(&c, &groups, &FieldOptions { seed: 2, ..FieldOptions::default() }).unwrap();
+    assert_ne!(fields.nodes, other.nodes);
+    assert!(fields.nodes.iter().all(|n| n.is_finite()));
+    for (g, (grid, fit)) in fields.grids.iter().zip(&fields.fits).enumerate() {
+        assert_eq!((grid.joint, grid.muscle_begin, grid.muscle_end), (groups.groups[g].joint, 0, 0));
+        // The skin of a tube of radius 5 cm, sampled by 50 points: within a tenth of the support.
+        assert!(fit.median_distance < 0.1 * fit.support_radius, "{fit:?}");
+        assert!(fit.support_radius > 0.6 * 0.05 && fit.support_radius < 0.8 * 0.05, "{fit:?}");
+        assert!((40..=60).contains(&fit.samples), "{fit:?}");
+        let axis = c.joints[g].bind().transform_point3(Vec3::ZERO) + Vec3::X * 0.06;
+        let (d, _) = grid::sample(grid, &fields.nodes, axis).unwrap();
+        assert!(d < -0.3 * fit.support_radius, "inside is negative: {d}");
+    }
+    // A skin blown up after the fit no longer lies on the field: the measure notices.
+    let mut blown = c.clone();
+    for (p, n) in blown.positions_rest.iter_mut().zip(&c.normals_rest) {
+        *p += *n * 0.01;
+    }
+    let (sum, count) = (0..c.vertex_count()).filter(|&v| groups.owner[v] == 1).fold((0.0, 0), |(sum, count), v| {
+        let d = grid::sample(&fields.grids[1], &fields.nodes, blown.positions_rest[v]).map_or(0.0, |s| s.0);
+        (sum + d.abs(), count + 1)
+    });
+    assert!(sum / count as f32 > 0.1 * fields.fits[1].support_radius);
+}
+
+#[test]
+fn options_out_of_range_and_bad_normals_are_refused() {
+    let c = arm();
+    let groups = FieldGroups::detect(&c);
+    let wrong = |options| build_fields(&c, &groups, &options).unwrap_err();
+    let default = FieldOptions::default();
+    let error = wrong(FieldOptions { samples: Some(3), ..default });
+    assert_eq!(error, FieldError::Option { option: "samples", given: 3, least: 8, most: 400 });
+    let error = wrong(FieldOptions { grid_resolution: 1000, ..default });
+    assert_eq!(error.to_string(), "field option `grid_resolution` is 1000, allowed are 8 to 256");
+    // A skin without a single usable normal has nothing to sample.
+    let mut numb = c.clone();
+    numb.normals_rest.fill(Vec3::ZERO);
+    let error = build_fields(&numb, &groups, &default).unwrap_err();
+    assert!(
+        matches!(&error, FieldError::Fit { group, source: HrbfError::TooFewSamples { .. }, .. } if group == "upperarm_l")
+    );
+    assert!(error.to_string().starts_with("field group `upperarm_l` (132 vertices) cannot be fitted: "), "{error}");
+}
