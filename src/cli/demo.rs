@@ -73,9 +73,14 @@ mod on_device {
         let options = FrameOptions::default();
         let began = Instant::now();
         let rig = Arc::new(load::rig(file, &scene, &muscles, options.skinning)?);
-        let direction = Direction::THREE_QUARTER;
-        let set =
-            Set { scene: &scene, rig: &rig, options: &options, frames: &frames, direction, size: Some(args.size) };
+        let set = Set {
+            scene: &scene,
+            rig: &rig,
+            options: &options,
+            frames: &frames,
+            direction: DIRECTION,
+            size: Some(args.size),
+        };
         let mut film = film(headless, &args.compute.device, &set)?;
         let all: Vec<u32> = frames.numbers().collect();
         let skin = Shoot { frames: &all, view: View::Skin, files: Some(&args.output) };
