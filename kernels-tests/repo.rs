@@ -350,8 +350,8 @@ fn a_missing_place_is_caught() {
         kept.map(|(_, (path, text))| (path.to_string(), text.to_string())).collect()
     };
     none(four_place_violations(&files(4)));
-    for missing in 0..4 {
-        assert_eq!(four_place_violations(&files(missing)).len(), 1, "without {}", whole[missing].0);
+    for (missing, (path, _)) in whole.iter().enumerate() {
+        assert_eq!(four_place_violations(&files(missing)).len(), 1, "without {path}");
     }
     let mut untested = files(4);
     untested[2].1.clear();

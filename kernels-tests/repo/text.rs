@@ -72,11 +72,11 @@ fn raw(source: &[char], at: usize) -> usize {
     (find(source, open + 1, closes) + hashes + 1).min(source.len())
 }
 
-/// Plain code without the modules and functions marked `#[cfg(test)]`.
+/// Plain code without the modules and functions marked `#[cfg(test)]` or `#[cfg(all(test, ..))]`.
 pub fn without_tests(code: &str) -> String {
     let mut kept = String::new();
     let mut rest = code;
-    while let Some(at) = rest.find("#[cfg(test)]") {
+    while let Some(at) = ["#[cfg(test)]", "#[cfg(all(test,"].iter().filter_map(|mark| rest.find(mark)).min() {
         kept.push_str(&rest[..at]);
         let body = rest[at..].find(['{', ';']).map_or(rest.len(), |b| at + b);
         let mut depth = 0usize;
@@ -177,10 +177,10 @@ mod tests {
 
     #[test]
     fn test_modules_are_cut_and_what_follows_stays() {
-        let code = "fn a() {}\n#[cfg(test)]\nmod tests { fn b() { {} } }\nfn c() {}\n#[cfg(test)]\nuse d;\nfn e() {}";
+        let code = "fn a() {}\n#[cfg(test)]\nmod tests { fn b() { {} } }\nfn c() {}\n#[cfg(test)]\nuse d;\nfn e() {}\n#[cfg(all(test, x))]\nmod f {}";
         let kept = without_tests(code);
         assert!(["a", "c", "e"].iter().all(|w| has_word(&kept, w)), "{kept}");
-        assert!(["b", "d", "tests"].iter().all(|w| !has_word(&kept, w)), "{kept}");
+        assert!(["b", "d", "f", "tests"].iter().all(|w| !has_word(&kept, w)), "{kept}");
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub struct Args {
 /// What can be done.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    /// Play the built-in arm: frames of its curl, an x-ray sheet and a cache
+    /// Play the built-in arm: frames of its curl and an x-ray sheet
     Demo(Demo),
     /// Say what a file holds and what Sinew makes of it
     Inspect(Inspect),
@@ -98,7 +98,7 @@ pub struct Demo {
     #[arg(short, long, value_name = "FOLDER", default_value = "sinew-demo")]
     pub output: PathBuf,
     /// Pixels of each frame
-    #[arg(long, value_name = "WxH", default_value = "960x720")]
+    #[arg(long, value_name = "WxH", default_value = "720x720")]
     pub size: Size,
     #[command(flatten)]
     pub compute: Compute,

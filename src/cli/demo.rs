@@ -14,7 +14,7 @@ pub use on_device::run;
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::Motion;
+    use crate::args::{FrameRange, Motion};
     use crate::load::{self, Frames};
     use crate::print;
     use crate::render::{Set, Shoot, film, sheet_of, shoot, write};
@@ -31,8 +31,10 @@ mod on_device {
 
     const ARM: &[u8] = include_bytes!("../../assets/arm.glb");
     const MUSCLES: &str = include_str!("../../assets/arm.muscles.toml");
-    /// Pictures on the x-ray sheet.
-    const XRAYS: u32 = 12;
+    /// Frames on the sheet: as many skins as x-rays, from the stretched arm to the bent one.
+    const SHOWN: u32 = 4;
+    /// From the inner side, where the biceps shows.
+    const DIRECTION: Direction = Direction { azimuth: -75.0, elevation: 5.0 };
 
     #[derive(Serialize)]
     struct Played {
@@ -71,18 +73,26 @@ mod on_device {
         let options = FrameOptions::default();
         let began = Instant::now();
         let rig = Arc::new(load::rig(file, &scene, &muscles, options.skinning)?);
-        let direction = Direction::THREE_QUARTER;
-        let set =
-            Set { scene: &scene, rig: &rig, options: &options, frames: &frames, direction, size: Some(args.size) };
+        let set = Set {
+            scene: &scene,
+            rig: &rig,
+            options: &options,
+            frames: &frames,
+            direction: DIRECTION,
+            size: Some(args.size),
+        };
         let mut film = film(headless, &args.compute.device, &set)?;
         let all: Vec<u32> = frames.numbers().collect();
         let skin = Shoot { frames: &all, view: View::Skin, files: Some(&args.output) };
         shoot(&mut film, &scene, &frames, &skin, &mut files)?;
-        let some = frames.spread(XRAYS);
-        let xray = Shoot { frames: &some, view: View::Xray, files: None };
-        let kept = shoot(&mut film, &scene, &frames, &xray, &mut files)?;
+        let bend = Frames { range: FrameRange { first: 0, last: frames.range.last / 2 }, ..frames };
+        let mut shown = Vec::new();
+        for view in [View::Skin, View::Xray] {
+            let few = Shoot { frames: &bend.spread(SHOWN), view, files: None };
+            shown.extend(shoot(&mut film, &scene, &frames, &few, &mut files)?);
+        }
         let sheet = args.output.join("xray.png");
-        write(&sheet, &sheet_of(&kept), &mut files)?;
+        write(&sheet, &sheet_of(&shown), &mut files)?;
         files.keep();
         let (muscles, moved) = at_the_bend(&rig, &scene, &frames)?;
         let played = Played {
@@ -132,7 +142,7 @@ mod on_device {
             "The built-in arm bent its elbow: {} frames of {} vertices, {} of them on muscle and bone fields.\n\
              Drawn on {} in {:.1} s.\n\
              {}/frame_*.png  the skin\n\
-             {}  the muscles under it, redder where active\n\
+             {}  skin, and below it the muscles, redder where active\n\
              At the bend the fields move the skin by up to {:.1} mm from linear skinning, and the muscles, whose volume is constant:\n",
             p.frames,
             p.vertices,

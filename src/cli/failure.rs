@@ -8,6 +8,7 @@ use std::process::ExitCode;
 #[derive(Debug)]
 pub enum Failure {
     /// Something was compared and found wanting; the result has been printed. Exit code 1.
+    #[cfg(feature = "gpu")]
     Findings(String),
     /// A file, a clip, a frame range or an output is wrong. Exit code 3.
     Input(String),
@@ -22,6 +23,7 @@ impl Failure {
     }
 
     /// The device is missing or failed.
+    #[cfg(feature = "gpu")]
     pub fn device(error: impl Display) -> Failure {
         Failure::Device(error.to_string())
     }
@@ -29,6 +31,7 @@ impl Failure {
     /// Prints the one line and gives the exit code.
     pub fn report(&self) -> ExitCode {
         let (code, text) = match self {
+            #[cfg(feature = "gpu")]
             Failure::Findings(text) => (1, text),
             Failure::Input(text) => (3, text),
             Failure::Device(text) => (4, text),

@@ -72,6 +72,7 @@ impl Frames {
     }
 
     /// At most `most` frame numbers, evenly spread from the first to the last.
+    #[cfg(feature = "gpu")]
     pub fn spread(&self, most: u32) -> Vec<u32> {
         let count = self.count().min(most);
         let place = |i: u32| u64::from(i) * u64::from(self.count() - 1) / u64::from(count.max(2) - 1);
@@ -102,7 +103,7 @@ pub fn clip_name(scene: &Scene, clip: ClipChoice) -> String {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::*;
 

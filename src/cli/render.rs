@@ -37,8 +37,6 @@ mod on_device {
     const SHEET: u32 = 12;
     const COLUMNS: u32 = 4;
     const CELL: u32 = 480;
-    /// Poses that the camera is set up for.
-    const FRAMED: u32 = 16;
 
     #[derive(Serialize)]
     struct Rendered {
@@ -149,15 +147,14 @@ mod on_device {
     /// Sets everything up. `headless` draws, and deforms too unless `device` is the CPU.
     pub fn film(headless: Headless, device: &Device, set: &Set) -> Result<Film, Failure> {
         let Set { scene, rig, options, frames, direction, size } = *set;
-        let poses: Vec<Pose> = frames.spread(FRAMED).into_iter().map(|k| frames.pose(scene, k)).collect();
-        let bounds = studio::bounds(scene, rig, &poses)?;
-        let size = size.unwrap_or_else(|| studio::size_for(bounds, direction));
+        let points = studio::points(scene, rig, frames)?;
+        let size = size.unwrap_or_else(|| studio::size_for(&points, direction));
         let source = match device {
             Device::Cpu => Source::Reference(Box::new(headless), Deformer::new(Machine::Cpu, rig, options)?),
             _ => Source::Device(Box::new(OnDevice::new(headless, rig, options)?)),
         };
         let studio = Studio::open(source.headless(), scene, size)?;
-        let camera = Camera::frame(bounds, direction, studio.aspect());
+        let camera = Camera::around(&points, direction, studio.aspect());
         Ok(Film { source, studio, camera, rig: Arc::clone(rig), options: *options, size })
     }
 

@@ -2,6 +2,7 @@
 
 use crate::args::{Size, ViewArg};
 use crate::failure::Failure;
+use crate::load::Frames;
 use glam::{Mat4, Vec3, Vec4Swizzles};
 use sinew::clip::Scene;
 use sinew::error::DeviceError;
@@ -95,32 +96,41 @@ fn node_matrix(pose: &Pose, node: u32) -> Mat4 {
     pose.nodes.get(node as usize).copied().unwrap_or(Mat4::IDENTITY)
 }
 
-/// The box around a character in some of its poses, skinned linearly: where the camera must look. Fields move the skin
-/// by less than the camera's margin.
-pub fn bounds(scene: &Scene, rig: &Rig, poses: &[Pose]) -> Result<(Vec3, Vec3), Failure> {
+/// Most poses that the camera is set up for, and most points that are kept for it.
+const POSES: u32 = 16;
+const POINTS: usize = 4_000_000;
+
+/// Where a character is in frames of a clip, skinned linearly: what the camera must hold. Fields move the skin by less
+/// than the camera's margin.
+pub fn points(scene: &Scene, rig: &Rig, frames: &Frames) -> Result<Vec<Vec3>, Failure> {
     let options = FrameOptions { skinning: Skinning::Linear, ..FrameOptions::default() };
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let mut include = |p: Vec3| (low, high) = (low.min(p), high.max(p));
-    for pose in poses {
-        let trace = Reference::new(rig).frame(pose, &options).map_err(Failure::input)?;
-        trace.positions().iter().for_each(|p| include(p.xyz()));
+    let vertices = scene.character.vertex_count() + scene.rigid.iter().map(|part| part.positions.len()).sum::<usize>();
+    let poses = (POINTS / vertices.max(1)).clamp(2, POSES as usize) as u32;
+    let mut points = Vec::new();
+    for number in frames.spread(poses) {
+        let pose = frames.pose(scene, number);
+        let trace = Reference::new(rig).frame(&pose, &options).map_err(Failure::input)?;
+        points.extend(trace.positions().iter().map(|p| p.xyz()));
         for part in &scene.rigid {
-            let matrix = node_matrix(pose, part.node);
-            part.positions.iter().for_each(|&p| include(matrix.transform_point3(p)));
+            let matrix = node_matrix(&pose, part.node);
+            points.extend(part.positions.iter().map(|&p| matrix.transform_point3(p)));
         }
     }
-    Ok((low, high))
+    Ok(points)
 }
 
-/// Pixels that suit a box seen from a direction: upright, wide or square.
-pub fn size_for((low, high): (Vec3, Vec3), direction: Direction) -> Size {
-    let side = high - low;
+/// Pixels that suit points seen from a direction: upright, wide or square.
+pub fn size_for(points: &[Vec3], direction: Direction) -> Size {
     let azimuth = direction.azimuth.to_radians();
-    let across = side.x * azimuth.cos().abs() + side.z * azimuth.sin().abs();
-    let ratio = across / side.y.max(1e-9);
-    let (width, height) = match ratio {
-        r if r > 1.25 => (1280, 960),
-        r if r < 0.8 => (960, 1280),
+    let right = Vec3::new(azimuth.cos(), 0.0, -azimuth.sin());
+    let extent = |axis: Vec3| {
+        let along = points.iter().map(|p| p.dot(axis));
+        let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        high - low
+    };
+    let (width, height) = match extent(right) / extent(Vec3::Y).max(1e-9) {
+        ratio if ratio > 1.25 => (1280, 960),
+        ratio if ratio < 0.8 => (960, 1280),
         _ => (960, 960),
     };
     Size { width, height }
@@ -132,10 +142,10 @@ mod tests {
 
     #[test]
     fn the_picture_suits_the_shape() {
-        let human = (Vec3::new(-0.4, 0.0, -0.15), Vec3::new(0.4, 1.8, 0.15));
-        assert_eq!(size_for(human, Direction::FRONT), Size { width: 960, height: 1280 });
-        let arm = (Vec3::new(0.0, -0.1, -0.1), Vec3::new(0.7, 0.1, 0.1));
-        assert_eq!(size_for(arm, Direction::FRONT), Size { width: 1280, height: 960 });
-        assert_eq!(size_for(arm, Direction::SIDE), Size { width: 960, height: 960 });
+        let human = [Vec3::new(-0.4, 0.0, -0.15), Vec3::new(0.4, 1.8, 0.15)];
+        assert_eq!(size_for(&human, Direction::FRONT), Size { width: 960, height: 1280 });
+        let arm = [Vec3::new(0.0, -0.1, -0.1), Vec3::new(0.7, 0.1, 0.1)];
+        assert_eq!(size_for(&arm, Direction::FRONT), Size { width: 1280, height: 960 });
+        assert_eq!(size_for(&arm, Direction::SIDE), Size { width: 960, height: 960 });
     }
 }

@@ -55,8 +55,29 @@ impl Camera {
     /// origin, a flat one is thickened, a non-finite direction is the front and a non-positive `aspect` (width over
     /// height) is 1: every call yields a usable camera.
     pub fn frame(bounds: (Vec3, Vec3), direction: Direction, aspect: f32) -> Camera {
-        let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
         let (center, half) = usable(bounds);
+        Camera::hold(center, half, corners(half), direction, aspect)
+    }
+
+    /// The camera that shows all `points` (metres) as large as fits, with the same margin: closer than
+    /// [`frame`](Camera::frame) around their box, which reaches where no point is.
+    ///
+    /// Where a point is not finite, or there are none, this is [`frame`](Camera::frame).
+    pub fn around(points: &[Vec3], direction: Direction, aspect: f32) -> Camera {
+        let (low, high) =
+            points.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+        if points.is_empty() || !points.iter().all(|p| p.is_finite()) {
+            return Camera::frame((low, high), direction, aspect);
+        }
+        let (center, half) = usable((low, high));
+        // A small box among them keeps a single point in front of the eye.
+        let least = corners(Vec3::splat(half.max_element() * THINNEST));
+        Camera::hold(center, half, points.iter().map(|&p| p - center).chain(least), direction, aspect)
+    }
+
+    /// Holds points given relative to `center`, all in a box with half sides `half`.
+    fn hold(center: Vec3, half: Vec3, points: impl Iterator<Item = Vec3>, direction: Direction, aspect: f32) -> Camera {
+        let aspect = if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 };
         let (azimuth, elevation) = if direction.azimuth.is_finite() && direction.elevation.is_finite() {
             (direction.azimuth.to_radians(), direction.elevation.to_radians())
         } else {
@@ -68,12 +89,12 @@ impl Camera {
 
         let tangent = (0.5 * FIELD_OF_VIEW_DEGREES.to_radians()).tan();
         let (across, down) = (tangent * aspect * (1.0 - MARGIN), tangent * (1.0 - MARGIN));
-        // A corner (x, y, z) relative to the centre is inside when |x - eye.x| <= across * (distance - z), and so for
+        // A point (x, y, z) relative to the centre is inside when |x - eye.x| <= across * (distance - z), and so for
         // y: four families of planes, whose outermost members fix the eye.
         let (mut left, mut rightmost, mut bottom, mut top) = (f32::MIN, f32::MIN, f32::MIN, f32::MIN);
         let (mut nearest, mut farthest) = (f32::MIN, f32::MAX);
-        for corner in corners(half) {
-            let (x, y, z) = (corner.dot(right), corner.dot(up), corner.dot(toward));
+        for point in points {
+            let (x, y, z) = (point.dot(right), point.dot(up), point.dot(toward));
             rightmost = rightmost.max(x + across * z);
             left = left.max(across * z - x);
             top = top.max(y + down * z);
@@ -187,6 +208,25 @@ mod tests {
         let camera = Camera::frame(bounds, Direction::FRONT, 1.0);
         let (reach, ..) = extent(&camera, (Vec3::splat(-1.1), Vec3::splat(1.1)));
         assert!(reach > 1.0);
+    }
+
+    #[test]
+    fn points_fill_the_picture_where_their_box_would_not() {
+        // A leaning rod: its box is far wider, seen from this side, than the rod.
+        let rod: Vec<Vec3> = (0..100).map(|i| Vec3::new(1.0, 2.0, 0.7) * (i as f32 / 99.0)).collect();
+        let direction = Direction { azimuth: -35.0, elevation: 0.0 };
+        let reach = |camera: &Camera| {
+            let seen = rod.iter().map(|&p| camera.view_projection().project_point3(p));
+            seen.map(|p| p.x.abs().max(p.y.abs())).fold(0.0, f32::max)
+        };
+        let around = Camera::around(&rod, direction, 0.3);
+        assert!((0.93..=0.9401).contains(&reach(&around)), "{}", reach(&around));
+        let boxed = Camera::frame((Vec3::ZERO, Vec3::new(1.0, 2.0, 0.7)), direction, 0.3);
+        assert!(reach(&boxed) < 0.9 * reach(&around));
+        for odd in [vec![], vec![Vec3::ONE], vec![Vec3::NAN, Vec3::ONE]] {
+            let camera = Camera::around(&odd, direction, 1.0);
+            assert!(camera.near > 0.0 && camera.far > camera.near && camera.view_projection().is_finite());
+        }
     }
 
     #[test]
