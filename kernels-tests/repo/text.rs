@@ -153,7 +153,7 @@ pub fn calls(code: &str, name: &str) -> bool {
 pub fn has_word(code: &str, word: &str) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_';
     code.match_indices(word).any(|(at, _)| {
-        !code[..at].ends_with(part) && !(word.ends_with(part) && code[at + word.len()..].starts_with(part))
+        !(code[..at].ends_with(part) || (word.ends_with(part) && code[at + word.len()..].starts_with(part)))
     })
 }
 
