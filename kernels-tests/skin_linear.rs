@@ -133,9 +133,9 @@ fn junk_in_a_joint_reaches_only_its_vertices() {
     let mut skin = Skin::random(64, 1, 14);
     skin.joints[2].matrix.x_axis.x = f32::NAN;
     let Some(gpu) = skin.gpu(KernelId::SkinLinear, 1) else { return };
-    for vertex in 0..64 {
+    for (vertex, position) in gpu.iter().enumerate() {
         let range = skin.offsets[vertex] as usize..skin.offsets[vertex + 1] as usize;
         let bound = skin.influences[range].iter().any(|i| i.joint == 2);
-        assert_eq!(gpu[vertex].x.is_nan(), bound, "vertex {vertex}");
+        assert_eq!(position.x.is_nan(), bound, "vertex {vertex}");
     }
 }
