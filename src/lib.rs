@@ -1,4 +1,4 @@
-//! Sinew deforms a character's skin from the muscles under it.
+#![doc = include_str!("../README.md")]
 
 pub mod clip;
 pub mod error;

@@ -153,7 +153,9 @@ pub fn calls(code: &str, name: &str) -> bool {
 pub fn has_word(code: &str, word: &str) -> bool {
     let part = |c: char| c.is_alphanumeric() || c == '_';
     code.match_indices(word).any(|(at, _)| {
-        !(code[..at].ends_with(part) || (word.ends_with(part) && code[at + word.len()..].starts_with(part)))
+        let goes_on = word.ends_with(part) && code[at + word.len()..].starts_with(part);
+        let began_before = code[..at].ends_with(part);
+        !(goes_on || began_before)
     })
 }
 

@@ -73,7 +73,7 @@ pub struct Motion {
 /// How the skin is deformed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum SkinningArg {
-    /// Muscle and bone fields over dual-quaternion skinning
+    /// Muscle and bone fields over linear skinning
     Implicit,
     /// Linear blend skinning
     Linear,

@@ -214,7 +214,7 @@ mod tests {
     fn points_fill_the_picture_where_their_box_would_not() {
         // A leaning rod: its box is far wider, seen from this side, than the rod.
         let rod: Vec<Vec3> = (0..100).map(|i| Vec3::new(1.0, 2.0, 0.7) * (i as f32 / 99.0)).collect();
-        let direction = Direction { azimuth: -35.0, elevation: 0.0 };
+        let direction = Direction { azimuth: 55.0, elevation: 0.0 };
         let reach = |camera: &Camera| {
             let seen = rod.iter().map(|&p| camera.view_projection().project_point3(p));
             seen.map(|p| p.x.abs().max(p.y.abs())).fold(0.0, f32::max)
