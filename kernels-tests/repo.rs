@@ -67,9 +67,13 @@ fn files(folders: &[&str], extensions: &[&str]) -> Vec<File> {
 
 /// Files of the library, without comments, strings and unit tests.
 fn library() -> Vec<File> {
+    let is_product =
+        |path: &str| !path.starts_with("src/cli/") && !path.contains("/tests/") && !path.ends_with("/tests.rs");
     let found: Vec<File> =
-        files(&["src"], &["rs"]).into_iter().filter(|(path, _)| !path.starts_with("src/cli/")).map(product).collect();
+        files(&["src"], &["rs"]).into_iter().filter(|(path, _)| is_product(path)).map(product).collect();
     assert!(found.len() > 20, "only {} files under src: is this the repository?", found.len());
+    let open: Vec<_> = found.iter().filter(|(_, code)| code.contains("mod tests;")).map(|(path, _)| path).collect();
+    assert!(open.is_empty(), "a module `tests` that is not `#[cfg(test)]`: {open:?}");
     found
 }
 
