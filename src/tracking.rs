@@ -116,6 +116,11 @@ impl FieldInput<'_> {
     pub fn at(&self, p_posed: Vec3) -> GroupSample {
         evaluate::composed(self.groups, self.nodes, self.muscles, p_posed)
     }
+
+    /// The field that a vertex tracks at a posed point: its own side of a contact.
+    fn tracked(&self, target: &VertexTarget, p_posed: Vec3) -> GroupSample {
+        evaluate::own_side(self.groups, self.nodes, self.muscles, target.owner, target.limit, p_posed)
+    }
 }
 
 crate::gpu_struct! {
@@ -169,7 +174,7 @@ fn march_vertex(params: &MarchParams, field: &FieldInput, target: &VertexTarget,
     let mut direction = Vec3::ZERO;
     report.stop = StopReason::StepLimit as u32;
     for step in 0..=params.max_steps {
-        let GroupSample { sample, group } = field.at(p);
+        let GroupSample { sample, group } = field.tracked(target, p);
         let gap = sample.value - target.iso;
         let squared = sample.gradient.dot(sample.gradient);
         if not_finite(gap) || not_finite(squared) {

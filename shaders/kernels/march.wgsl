@@ -25,15 +25,15 @@ struct Marched {
     report: MarchReport,
 }
 
-fn march(start: vec3<f32>, iso: f32, first_group: u32, first_muscle: u32) -> Marched {
+fn march(start: vec3<f32>, goal: VertexTarget, first_group: u32, first_muscle: u32) -> Marched {
     var p = start;
     var previous = start;
     var previous_gap = INFINITE_GAP;
     var direction = vec3<f32>(0.0);
     var report = MarchReport(STOP_STEP_LIMIT, 0u, 0.0, 1.0);
     for (var step = 0u; step <= params.max_steps; step++) {
-        let found = field_composed(first_group, params.group_count, first_muscle, p);
-        let gap = found.value - iso;
+        let found = contact_own_side(first_group, params.group_count, first_muscle, goal.owner, goal.limit, p);
+        let gap = found.value - goal.iso;
         let squared = math_dot(found.gradient, found.gradient);
         if math_not_finite(gap) || math_not_finite(squared) {
             return Marched(start, MarchReport(STOP_NON_FINITE, step, 0.0, report.turn_cosine));
@@ -89,7 +89,7 @@ fn main(
         reports[index] = MarchReport(STOP_PASSIVE, 0u, 0.0, 1.0);
         return;
     }
-    let marched = march(start, goal.iso, instance * params.group_count, instance * params.muscle_count);
+    let marched = march(start, goal, instance * params.group_count, instance * params.muscle_count);
     tracked[index] = vec4<f32>(marched.position, 1.0);
     reports[index] = marched.report;
 }

@@ -77,3 +77,138 @@ pub fn composed(groups: &[GroupFrame], nodes: &[Vec4], muscles: &[MuscleFrame], 
     }
     result
 }
+
+/// Largest field of any group but `owner` at a point.
+pub fn strongest_other(
+    groups: &[GroupFrame],
+    nodes: &[Vec4],
+    muscles: &[MuscleFrame],
+    owner: u32,
+    p_posed: Vec3,
+) -> f32 {
+    let others = groups.iter().enumerate().filter(|(index, frame)| *index as u32 != owner && frame.present != 0);
+    others.map(|(_, frame)| group(frame, nodes, muscles, p_posed).value).fold(0.0, f32::max)
+}
+
+/// Field values that neighbouring groups must differ by at a contact: how far skin stops short of skin.
+pub const CONTACT_GAP: f32 = 0.04;
+
+/// What a vertex of group `owner` tracks: the composed field, and at a contact its own side of it (prototypes 3).
+///
+/// With `n` the directions of the owner's field and of the strongest other field, `w` goes from 0 to 1 as they part,
+/// and `G = (1 - w) max(own, other) + w own - w max(0, other - limit)`: where skin faces skin, a vertex stays on its
+/// own surface and out of the other one. The derivative of `w` is left out, as in the authors' operators.
+#[inline]
+pub fn own_side(
+    groups: &[GroupFrame],
+    nodes: &[Vec4],
+    muscles: &[MuscleFrame],
+    owner: u32,
+    limit: f32,
+    p_posed: Vec3,
+) -> GroupSample {
+    let mut own = Sample::default();
+    let mut other = GroupSample { sample: Sample::default(), group: NO_GROUP };
+    for (index, frame) in groups.iter().enumerate() {
+        if frame.present == 0 {
+            continue;
+        }
+        let sample = group(frame, nodes, muscles, p_posed);
+        if index as u32 == owner {
+            own = sample;
+        } else if sample.value > other.sample.value {
+            other = GroupSample { sample, group: index as u32 };
+        }
+    }
+    let union = if other.sample.value > own.value { other } else { GroupSample { sample: own, group: owner } };
+    let product = own.gradient.dot(own.gradient) * other.sample.gradient.dot(other.sample.gradient);
+    if product <= 0.0 {
+        return union;
+    }
+    let cosine = own.gradient.dot(other.sample.gradient) / product.sqrt();
+    let t = ((0.95 - cosine) / 0.1).clamp(0.0, 1.0);
+    let w = t * t * (3.0 - 2.0 * t);
+    let mut value = (1.0 - w) * union.sample.value + w * own.value;
+    let mut gradient = union.sample.gradient * (1.0 - w) + own.gradient * w;
+    if other.sample.value > limit {
+        value -= w * (other.sample.value - limit);
+        gradient -= other.sample.gradient * w;
+    }
+    GroupSample { sample: Sample { value, gradient }, group: union.group }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two slabs facing each other: group 0's surface at x = 0 with its inside at x < 0, group 1's at `x = gap` with
+    /// its inside beyond, both with support 1 m and a gradient of length one.
+    fn slabs(gap: f32) -> ([GroupFrame; 2], Vec<Vec4>) {
+        let mut nodes = Vec::new();
+        let mut slab = |direction: f32, surface: f32| {
+            let offset = nodes.len() as u32;
+            nodes.extend((0..8).map(|i| {
+                let x = (i & 1) as f32 * 4.0 - 2.0;
+                Vec3::new(direction, 0.0, 0.0).extend(direction * (x - surface))
+            }));
+            let scale = Vec3::new(0.25, 0.25, 0.25);
+            let to_grid = Mat4::from_translation(Vec3::splat(0.5)) * Mat4::from_scale(scale);
+            let grid = GroupGrid {
+                rest_to_grid: to_grid,
+                offset,
+                size_x: 2,
+                size_y: 2,
+                size_z: 2,
+                support_radius: 1.0,
+                ..GroupGrid::default()
+            };
+            GroupFrame { to_rest: Mat4::IDENTITY, grid, scale: 1.0, present: 1, ..GroupFrame::default() }
+        };
+        ([slab(1.0, 0.0), slab(-1.0, gap)], nodes)
+    }
+
+    fn at(x: f32) -> Vec3 {
+        Vec3::new(x, 0.1, -0.2)
+    }
+
+    #[test]
+    fn facing_slabs_are_tracked_on_the_own_side() {
+        let (groups, nodes) = slabs(-0.2);
+        for x in [-0.3, -0.15, -0.05, 0.1] {
+            let field = |g: usize| group(&groups[g], &nodes, &[], at(x));
+            let found = own_side(&groups, &nodes, &[], 0, 0.46, at(x)).sample;
+            let expected = field(0).value - (field(1).value - 0.46).max(0.0);
+            assert!((found.value - expected).abs() < 1e-6, "x = {x}: {} {expected}", found.value);
+            assert!(found.gradient.x < 0.0, "inward of its own group at x = {x}");
+            let other = own_side(&groups, &nodes, &[], 1, 0.46, at(x)).sample;
+            assert!(other.gradient.x > 0.0, "the other group's vertices go the other way");
+        }
+        let contact = own_side(&groups, &nodes, &[], 0, 0.46, at(-0.1)).sample.value;
+        assert!(contact < composed(&groups, &nodes, &[], at(-0.1)).sample.value - 0.05, "the maximum has no contact");
+    }
+
+    #[test]
+    fn fields_that_agree_and_fields_alone_are_the_maximum() {
+        let (mut groups, nodes) = slabs(0.0);
+        groups[1].grid.offset = 0;
+        groups[1].to_rest = Mat4::from_translation(Vec3::X * 0.1);
+        for x in [-0.4, 0.0, 0.3] {
+            let found = own_side(&groups, &nodes, &[], 1, 0.0, at(x));
+            // Parallel gradients give no weight to a contact, whatever the limit.
+            assert_eq!(found.sample.value, composed(&groups, &nodes, &[], at(x)).sample.value);
+        }
+        let alone = own_side(&groups[..1], &nodes, &[], 0, 0.3, at(0.05));
+        assert_eq!(alone, composed(&groups[..1], &nodes, &[], at(0.05)));
+        let away = own_side(&groups[..1], &nodes, &[], 7, 0.3, at(0.05));
+        assert_eq!(away.sample, alone.sample, "a vertex whose group is gone takes what is there");
+    }
+
+    #[test]
+    fn strongest_other_leaves_the_owner_out() {
+        let (groups, nodes) = slabs(0.3);
+        let p = at(-0.1);
+        assert_eq!(strongest_other(&groups, &nodes, &[], 0, p), group(&groups[1], &nodes, &[], p).value);
+        assert_eq!(strongest_other(&groups, &nodes, &[], 1, p), group(&groups[0], &nodes, &[], p).value);
+        assert_eq!(strongest_other(&groups[..1], &nodes, &[], 0, p), 0.0);
+    }
+}

@@ -12,7 +12,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::March,
     stem: "march",
     source: include_str!("../../shaders/kernels/march.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::FIELD],
+    parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::FIELD, source::CONTACT],
     structs: STRUCTS,
     bindings: BINDINGS,
     twin: "tracking::march",

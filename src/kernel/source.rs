@@ -24,8 +24,12 @@ pub const MUSCLE: Part =
 pub const FIELD: Part =
     Part { file: "shaders/shared/field.wgsl", text: include_str!("../../shaders/shared/field.wgsl") };
 
+/// A vertex's own side of a contact.
+pub const CONTACT: Part =
+    Part { file: "shaders/shared/contact.wgsl", text: include_str!("../../shaders/shared/contact.wgsl") };
+
 /// Every shared part.
-pub const PARTS: [Part; 4] = [DISPATCH, MATH, MUSCLE, FIELD];
+pub const PARTS: [Part; 5] = [DISPATCH, MATH, MUSCLE, FIELD, CONTACT];
 
 /// An assembled kernel.
 #[derive(Clone, Debug)]

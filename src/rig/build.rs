@@ -9,7 +9,7 @@ use crate::{
     error::RigError,
     field::{
         GroupGrid,
-        evaluate::{self, GroupSample, NO_GROUP},
+        evaluate::{self, CONTACT_GAP, GroupSample, NO_GROUP},
         muscle::{MuscleFrame, MuscleRest},
     },
 };
@@ -22,8 +22,16 @@ crate::gpu_struct! {
         pub iso: f32,
         /// 1 where the vertex follows the field, 0 where it follows geometric skinning.
         pub follows: u32,
+        /// The group with the largest field at rest, whose side the vertex stays on.
+        pub owner: u32,
+        /// Field of any other group above which the vertex is in contact: the iso-value less a gap, and never less
+        /// than what overlaps at rest.
+        pub limit: f32,
     }
 }
+
+/// Field by which a rest overlap of two groups may grow before it counts as a contact.
+const REST_MARGIN: f32 = 0.005;
 
 /// How a rig is built.
 #[derive(Clone, Debug)]
@@ -131,7 +139,19 @@ impl Rig {
             .into_par_iter()
             .map(|v| {
                 let found = evaluate::composed(&inputs.groups, &self.nodes, &shaped, self.positions_rest[v].xyz());
-                VertexTarget { iso: found.sample.value, follows: self.holds(v, &found).into() }
+                let others = evaluate::strongest_other(
+                    &inputs.groups,
+                    &self.nodes,
+                    &shaped,
+                    found.group,
+                    self.positions_rest[v].xyz(),
+                );
+                VertexTarget {
+                    iso: found.sample.value,
+                    follows: self.holds(v, &found).into(),
+                    owner: found.group,
+                    limit: (found.sample.value - CONTACT_GAP).max(others + REST_MARGIN),
+                }
             })
             .collect();
     }
