@@ -6,7 +6,7 @@
 //! Fitting is dense LU with partial pivoting in f64; the system is indefinite, so Cholesky does not apply.
 
 use crate::error::HrbfError;
-use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
+use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// Fewest samples that are fitted.
@@ -94,42 +94,6 @@ impl Hrbf {
             let along = beta.dot(e);
             value += l * (alpha * l * l + 3.0 * along);
             gradient += (alpha * l + along / l) * e + l * beta;
-        }
-        (value, 3.0 * gradient)
-    }
-
-    /// The same interpolant with coefficients rounded to f32.
-    pub fn to_f32(&self) -> HrbfF32 {
-        HrbfF32 {
-            centres: self.centres.iter().zip(&self.alpha).map(|(c, &a)| c.as_vec3().extend(a as f32)).collect(),
-            beta: self.beta.iter().map(|b| b.as_vec3()).collect(),
-        }
-    }
-}
-
-/// A fitted interpolant for evaluation in f32.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct HrbfF32 {
-    /// Centre in `xyz` and value coefficient in `w`.
-    pub centres: Vec<Vec4>,
-    /// Gradient coefficient of each centre.
-    pub beta: Vec<Vec3>,
-}
-
-impl HrbfF32 {
-    /// Value (metres) and gradient of the raw field at `p`, summed over the centres in order.
-    pub fn sample(&self, p: Vec3) -> (f32, Vec3) {
-        let mut value = 0.0;
-        let mut gradient = Vec3::ZERO;
-        for (c, &beta) in self.centres.iter().zip(&self.beta) {
-            let e = p - c.xyz();
-            let l = e.length();
-            if l < AT_CENTRE as f32 {
-                continue;
-            }
-            let along = beta.dot(e);
-            value += l * (c.w * l * l + 3.0 * along);
-            gradient += (c.w * l + along / l) * e + l * beta;
         }
         (value, 3.0 * gradient)
     }
@@ -263,26 +227,6 @@ mod tests {
         // Central differences of step 1e-5: truncation 1e-10, rounding 1e-11 over the step.
         assert!(gradient_error(0.0) < 1e-6, "{}", gradient_error(0.0));
         assert!(gradient_error(1e-4) > 1e-6);
-    }
-
-    /// Largest difference of f32 and f64 evaluation inside the unit ball.
-    fn single_precision_error(hrbf: &Hrbf, single: &HrbfF32) -> f64 {
-        (0..200).fold(0.0_f64, |worst, k| {
-            let t = k as f64;
-            let p = DVec3::new((t * 1.7).sin(), (t * 0.9).cos(), (t * 2.3).sin()) * 0.5;
-            worst.max((f64::from(single.sample(p.as_vec3()).0) - hrbf.sample(p.as_vec3().as_dvec3()).0).abs())
-        })
-    }
-
-    #[test]
-    fn single_precision_evaluation_is_close() {
-        // Background 1.4 measured 6e-7 at unit scale; this sum of 52 terms gives 6.2e-7.
-        let hrbf = Hrbf::fit(&cylinder(50)).unwrap();
-        let error = single_precision_error(&hrbf, &hrbf.to_f32());
-        assert!(error < 1e-6, "{error}");
-        let mut disturbed = hrbf.to_f32();
-        disturbed.beta[3].y *= 1.0 + 1e-3;
-        assert!(single_precision_error(&hrbf, &disturbed) > 1e-6);
     }
 
     #[test]

@@ -6,5 +6,4 @@ mod files;
 mod hostile;
 mod influences;
 mod mesh;
-mod reference;
 mod tree;
