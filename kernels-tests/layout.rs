@@ -59,6 +59,19 @@ fn check_struct(shared: &SharedStruct, module: &naga::Module) -> Result<(), Stri
     Ok(())
 }
 
+/// Every override has a value from the host and no default of its own, and the other way round.
+fn check_constants(constants: &[(&str, f64)], module: &naga::Module) -> Result<(), String> {
+    let mut found: Vec<_> =
+        module.overrides.iter().map(|(_, o)| (o.name.clone().unwrap_or_default(), o.init)).collect();
+    if let Some((name, _)) = found.iter().find(|(_, init)| init.is_some()) {
+        return Err(format!("`{name}` has a value in WGSL too"));
+    }
+    let mut wanted: Vec<_> = constants.iter().map(|(name, _)| ((*name).to_owned(), None)).collect();
+    found.sort_by(|a, b| a.0.cmp(&b.0));
+    wanted.sort_by(|a, b| a.0.cmp(&b.0));
+    if found == wanted { Ok(()) } else { Err(format!("overrides {found:?}, the table has {wanted:?}")) }
+}
+
 #[test]
 fn kernels_are_valid_and_agree_with_their_tables() {
     for kernel in &KERNELS {
@@ -67,6 +80,7 @@ fn kernels_are_valid_and_agree_with_their_tables() {
         for shared in kernel.structs {
             check_struct(shared, &module).unwrap_or_else(|e| panic!("{}: {e}", kernel.stem));
         }
+        check_constants(&kernel.all_constants(), &module).unwrap_or_else(|e| panic!("{}: {e}", kernel.stem));
         let [entry] = module.entry_points.as_slice() else { panic!("{}: one entry point each", kernel.stem) };
         assert_eq!((entry.name.as_str(), entry.stage), ("main", ShaderStage::Compute), "{}", kernel.stem);
         assert_eq!(entry.workgroup_size, [WORKGROUP, 1, 1], "{}", kernel.stem);
@@ -88,6 +102,17 @@ fn a_wrong_binding_or_member_is_found() {
     let shared = kernel.structs[1];
     assert!(check_struct(&SharedStruct { size: shared.size + 16, ..shared }, &module).is_err());
     assert!(check_struct(&SharedStruct { fields: &shared.fields[1..], ..shared }, &module).is_err());
+}
+
+#[test]
+fn a_missing_or_repeated_constant_is_found() {
+    let kernel = sinew::kernel::kernel(sinew::schedule::KernelId::March);
+    let module = parsed(kernel);
+    let constants = kernel.all_constants();
+    assert!(check_constants(&constants, &module).is_ok());
+    assert!(check_constants(&constants[1..], &module).is_err());
+    let own = parse("override A: f32 = 1.0;").expect("valid");
+    assert!(check_constants(&[("A", 1.0)], &own).is_err());
 }
 
 #[test]

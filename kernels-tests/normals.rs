@@ -11,7 +11,7 @@ use sinew::{
 struct Mesh {
     positions: Vec<Vec4>,
     triangles: Vec<u32>,
-    offsets: Vec<u32>,
+    fans: Vec<[u32; 2]>,
     members: Vec<u32>,
 }
 
@@ -22,19 +22,20 @@ impl Mesh {
         let positions = (0..vertices * instances).map(|_| random.vec3().extend(1.0)).collect();
         let n = vertices as u32;
         let triangles: Vec<u32> = (0..n).flat_map(|t| [t, (t + 1) % n, (t * 5 + 2) % n]).collect();
-        let (mut offsets, mut members) = (vec![0], Vec::new());
+        let (mut fans, mut members) = (Vec::new(), Vec::new());
         for v in 0..n {
+            let begin = members.len() as u32;
             if v % 7 != 6 {
                 members.extend([v, (v + 1) % n]);
             }
-            offsets.push(members.len() as u32);
+            fans.push([begin, members.len() as u32]);
         }
-        Mesh { positions, triangles, offsets, members }
+        Mesh { positions, triangles, fans, members }
     }
 
     fn cpu(&self, instance: usize) -> Vec<Vec4> {
-        let vertices = self.offsets.len() - 1;
-        let fans = Fans { triangles: &self.triangles, offsets: &self.offsets, members: &self.members };
+        let vertices = self.fans.len();
+        let fans = Fans { triangles: &self.triangles, fans: &self.fans, members: &self.members };
         let mut out = vec![Vec4::ZERO; vertices];
         normals::from_faces(&fans, &self.positions[instance * vertices..][..vertices], &mut out);
         out
@@ -47,7 +48,7 @@ impl Mesh {
         let inputs: [(&str, &[u8]); 5] = [
             ("params", bytemuck::bytes_of(&params)),
             ("triangles", bytemuck::cast_slice(&self.triangles)),
-            ("offsets", bytemuck::cast_slice(&self.offsets)),
+            ("fans", bytemuck::cast_slice(&self.fans)),
             ("members", bytemuck::cast_slice(&self.members)),
             ("positions", bytemuck::cast_slice(&self.positions)),
         ];
@@ -105,20 +106,21 @@ fn twin_gives_a_cube_its_corner_directions() {
     let corner = |i: u32| Vec3::new((i & 1) as f32, (i >> 1 & 1) as f32, (i >> 2 & 1) as f32);
     let quads = [[0u32, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles: Vec<u32> = quads.iter().flat_map(|q| [q[0], q[1], q[2], q[0], q[2], q[3]]).collect();
-    let (mut offsets, mut members) = (vec![0], Vec::new());
+    let (mut fans, mut members) = (Vec::new(), Vec::new());
     for v in 0..8 {
+        let begin = members.len() as u32;
         members.extend((0..12u32).filter(|t| triangles[*t as usize * 3..][..3].contains(&v)));
-        offsets.push(members.len() as u32);
+        fans.push([begin, members.len() as u32]);
     }
     let positions: Vec<Vec4> = (0..8).map(|i| corner(i).extend(1.0)).collect();
     let mut out = vec![Vec4::ZERO; 8];
-    normals::from_faces(&Fans { triangles: &triangles, offsets: &offsets, members: &members }, &positions, &mut out);
+    normals::from_faces(&Fans { triangles: &triangles, fans: &fans, members: &members }, &positions, &mut out);
     for (i, normal) in out.iter().enumerate() {
         let outward = corner(i as u32) - Vec3::splat(0.5);
         // A corner's faces count by area, once or twice with the diagonal: the direction is within 20 degrees.
         assert!(normal.xyz().dot(outward.normalize()) > 0.94, "corner {i}: {normal}");
         assert!((normal.xyz().length() - 1.0).abs() < 1e-6);
     }
-    let lone = Mesh { positions: vec![Vec4::ZERO; 1], triangles: vec![], offsets: vec![0, 0], members: vec![] };
+    let lone = Mesh { positions: vec![Vec4::ZERO; 1], triangles: vec![], fans: vec![[0, 0]], members: vec![] };
     assert_eq!(lone.cpu(0)[0], Vec4::Y, "a vertex without faces");
 }

@@ -33,8 +33,8 @@ crate::gpu_struct! {
 pub struct Fans<'a> {
     /// Corner indices, three per triangle.
     pub triangles: &'a [u32],
-    /// Where each vertex's triangles begin in `members`; one longer than the vertices.
-    pub offsets: &'a [u32],
+    /// Per vertex, where its triangles begin and end in `members`.
+    pub fans: &'a [[u32; 2]],
     /// Triangle indices.
     pub members: &'a [u32],
 }
@@ -43,7 +43,8 @@ pub struct Fans<'a> {
 pub fn from_faces(fans: &Fans, positions: &[Vec4], normals: &mut [Vec4]) {
     normals.par_iter_mut().with_min_len(256).enumerate().for_each(|(vertex, normal)| {
         let mut sum = Vec3::ZERO;
-        for &triangle in &fans.members[fans.offsets[vertex] as usize..fans.offsets[vertex + 1] as usize] {
+        let [begin, end] = fans.fans[vertex];
+        for &triangle in &fans.members[begin as usize..end as usize] {
             let corner = |i: u32| positions[fans.triangles[(3 * triangle + i) as usize] as usize].xyz();
             let (a, b, c) = (corner(0), corner(1), corner(2));
             sum += (b - a).cross(c - a);

@@ -102,11 +102,8 @@ impl<'a> Reference<'a> {
             }
             KernelId::Normals => {
                 trace.normals.resize(vertices, Vec4::ZERO);
-                let fans = Fans {
-                    triangles: &rig.topology.corners,
-                    offsets: &rig.topology.offsets,
-                    members: &rig.topology.members,
-                };
+                let fans =
+                    Fans { triangles: &rig.topology.corners, fans: &rig.topology.fans, members: &rig.topology.members };
                 let positions = match step.reads {
                     Some(Positions::Tracked) => &trace.tracked,
                     Some(Positions::Skinned) | None => &trace.skinned,

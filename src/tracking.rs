@@ -95,10 +95,10 @@ impl StopReason {
 }
 
 /// Larger than any difference of field values.
-const INFINITE_GAP: f32 = 3.0e38;
+pub(crate) const INFINITE_GAP: f32 = 3.0e38;
 
 /// Squared gradient, per square metre, under which a field gives no direction (background 1.12).
-const MIN_GRADIENT_SQUARED: f32 = 1e-5;
+pub(crate) const MIN_GRADIENT_SQUARED: f32 = 1e-5;
 
 /// What the march reads: one character's field at one moment.
 #[derive(Clone, Copy)]

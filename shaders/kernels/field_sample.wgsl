@@ -14,7 +14,7 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = dispatch_index(group, workgroups, local, 64u);
+    let index = dispatch_index(group, workgroups, local);
     if index >= params.point_count * params.instance_count {
         return;
     }

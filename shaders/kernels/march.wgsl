@@ -10,15 +10,15 @@
 @group(0) @binding(6) var<storage, read_write> tracked: array<vec4<f32>>;
 @group(0) @binding(7) var<storage, read_write> reports: array<MarchReport>;
 
-const MIN_GRADIENT_SQUARED: f32 = 1e-5;
-const INFINITE_GAP: f32 = 3.0e38;
+override MIN_GRADIENT_SQUARED: f32;
+override INFINITE_GAP: f32;
 
-const STOP_PASSIVE: u32 = 0u;
-const STOP_CONVERGED: u32 = 1u;
-const STOP_NO_GRADIENT: u32 = 2u;
-const STOP_PIT: u32 = 3u;
-const STOP_STEP_LIMIT: u32 = 4u;
-const STOP_NON_FINITE: u32 = 5u;
+override STOP_PASSIVE: u32;
+override STOP_CONVERGED: u32;
+override STOP_NO_GRADIENT: u32;
+override STOP_PIT: u32;
+override STOP_STEP_LIMIT: u32;
+override STOP_NON_FINITE: u32;
 
 struct Marched {
     position: vec3<f32>,
@@ -77,7 +77,7 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = dispatch_index(group, workgroups, local, 64u);
+    let index = dispatch_index(group, workgroups, local);
     if index >= params.vertex_count * params.instance_count {
         return;
     }

@@ -6,9 +6,10 @@
 @group(0) @binding(3) var<storage, read> groups: array<GroupFrame>;
 @group(0) @binding(4) var<storage, read_write> shaped: array<MuscleFrame>;
 
-const MIN_LENGTH: f32 = 1e-5;
-const ACTIVE_SHORTENING: f32 = 0.3;
-const PI: f32 = 3.14159274;
+override MIN_LENGTH: f32;
+override ACTIVE_SHORTENING: f32;
+override LEAST_SUPPORT_RADII: f32;
+override PI: f32;
 
 fn across(wanted: vec3<f32>, axis: vec3<f32>) -> vec3<f32> {
     let flat_wanted = wanted - axis * math_dot(wanted, axis);
@@ -37,7 +38,7 @@ fn shape(rest: MuscleRest, origin: vec3<f32>, insertion: vec3<f32>, wanted_norma
     muscle.alpha = rest.alpha;
     muscle.beta = rest.beta;
     muscle.profile_scale = rest.profile_scale;
-    muscle.support_radius = max(rest.insertion.w, 0.625 * largest);
+    muscle.support_radius = max(rest.insertion.w, LEAST_SUPPORT_RADII * largest);
     muscle.short_squared = rest.short_squared;
     muscle.long_squared = rest.long_squared;
     muscle.activation = clamp((1.0 - length / rest.origin_normal.w) / ACTIVE_SHORTENING, 0.0, 1.0);
@@ -51,7 +52,7 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = dispatch_index(group, workgroups, local, 64u);
+    let index = dispatch_index(group, workgroups, local);
     if index >= params.muscle_count * params.instance_count {
         return;
     }

@@ -2,7 +2,7 @@
 
 @group(0) @binding(0) var<uniform> params: NormalParams;
 @group(0) @binding(1) var<storage, read> triangles: array<u32>;
-@group(0) @binding(2) var<storage, read> offsets: array<u32>;
+@group(0) @binding(2) var<storage, read> fans: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read> members: array<u32>;
 @group(0) @binding(4) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read_write> vertices: array<f32>;
@@ -13,7 +13,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = dispatch_index(group, groups, local, 64u);
+    let index = dispatch_index(group, groups, local);
     if index >= params.vertex_count * params.instance_count {
         return;
     }
@@ -21,7 +21,8 @@ fn main(
     let vertex = index - instance * params.vertex_count;
     let first = instance * params.vertex_count;
     var sum = vec3<f32>(0.0);
-    for (var i = offsets[vertex]; i < offsets[vertex + 1u]; i++) {
+    let fan = fans[vertex];
+    for (var i = fan.x; i < fan.y; i++) {
         let corner = 3u * members[i];
         let a = positions[first + triangles[corner]].xyz;
         let b = positions[first + triangles[corner + 1u]].xyz;

@@ -17,7 +17,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = dispatch_index(group, groups, local, 64u);
+    let index = dispatch_index(group, groups, local);
     if index >= params.vertex_count * params.instance_count {
         return;
     }

@@ -1,5 +1,8 @@
 // What a vertex tracks: the composed field, and at a contact its own side of it (prototypes 3). Reads groups, nodes
 // and muscles. The derivative of the weight w is left out, as in the authors' operators.
+override CONTACT_AGREE: f32;
+override CONTACT_TURN: f32;
+
 fn contact_own_side(
     first_group: u32,
     group_count: u32,
@@ -30,7 +33,7 @@ fn contact_own_side(
         return largest;
     }
     let cosine = math_dot(own.gradient, other.gradient) / sqrt(product);
-    let t = clamp((0.95 - cosine) / 0.1, 0.0, 1.0);
+    let t = clamp((CONTACT_AGREE - cosine) / CONTACT_TURN, 0.0, 1.0);
     let w = t * t * (3.0 - 2.0 * t);
     var value = (1.0 - w) * largest.value + w * own.value;
     var gradient = largest.gradient * (1.0 - w) + own.gradient * w;

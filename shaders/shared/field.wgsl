@@ -11,10 +11,10 @@ struct GroupSample {
     group: u32,
 }
 
-const FIELD_NO_GROUP: u32 = 0xffffffffu;
-const FIELD_SATURATION: f32 = 0.55;
-const FIELD_HEADROOM: f32 = 0.05625;
-const FIELD_FILLET: f32 = 0.8;
+override FIELD_NO_GROUP: u32;
+override FIELD_SATURATION: f32;
+override FIELD_HEADROOM: f32;
+override FIELD_FILLET: f32;
 
 // Value and derivative of the compact transfer t_r (background 1.5).
 fn field_transfer(d: f32, r: f32) -> vec2<f32> {

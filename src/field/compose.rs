@@ -3,11 +3,11 @@
 use super::Sample;
 
 /// Muscle value from which the operator saturates.
-const SATURATION: f32 = 0.55;
+pub(crate) const SATURATION: f32 = 0.55;
 /// Slope `(1 - SATURATION) / 8` that the saturation adds at most: the eighth power levels it off.
-const HEADROOM: f32 = 0.056_25;
+pub(crate) const HEADROOM: f32 = 0.056_25;
 /// Fillet control: the 0.5-surface leaves the plain union where both fields are .4454.
-const FILLET: f32 = 0.8;
+pub(crate) const FILLET: f32 = 0.8;
 
 /// Value and both partial derivatives of the detail operator `D(limb, muscle)`.
 ///

@@ -93,6 +93,11 @@ pub fn strongest_other(
 /// Field values that neighbouring groups must differ by at a contact: how far skin stops short of skin.
 pub const CONTACT_GAP: f32 = 0.04;
 
+/// Cosine between two groups' gradients from which they agree, and the range over which they part (prototypes 3).
+pub(crate) const CONTACT_AGREE: f32 = 0.95;
+/// See [`CONTACT_AGREE`].
+pub(crate) const CONTACT_TURN: f32 = 0.1;
+
 /// What a vertex of group `owner` tracks: the composed field, and at a contact its own side of it (prototypes 3).
 ///
 /// With `n` the directions of the owner's field and of the strongest other field, `w` goes from 0 to 1 as they part,
@@ -126,7 +131,7 @@ pub fn own_side(
         return union;
     }
     let cosine = own.gradient.dot(other.sample.gradient) / product.sqrt();
-    let t = ((0.95 - cosine) / 0.1).clamp(0.0, 1.0);
+    let t = ((CONTACT_AGREE - cosine) / CONTACT_TURN).clamp(0.0, 1.0);
     let w = t * t * (3.0 - 2.0 * t);
     let mut value = (1.0 - w) * union.sample.value + w * own.value;
     let mut gradient = union.sample.gradient * (1.0 - w) + own.gradient * w;

@@ -160,10 +160,13 @@ pub fn evaluate(muscle: &MuscleFrame, q: Vec3) -> Sample {
 }
 
 /// Share of its rest length that a muscle loses from rest to full activation, as the axis-length driver reads it.
-const ACTIVE_SHORTENING: f32 = 0.3;
+pub(crate) const ACTIVE_SHORTENING: f32 = 0.3;
 
 /// Axes shorter than this, in metres, have no direction: the muscle drops out of the field.
-const MIN_LENGTH: f32 = 1e-5;
+pub(crate) const MIN_LENGTH: f32 = 1e-5;
+
+/// Least support radius in largest radii: below it the inner field could not be monotone (background 3.2).
+pub(crate) const LEAST_SUPPORT_RADII: f32 = 0.625;
 
 /// The muscle on a straight axis from `origin` to `insertion`: length, width `w = sqrt(V / (pi l))` (paper A,
 /// equation 3) and section frame. `wanted_normal` need be neither unit nor across the axis.
@@ -183,8 +186,7 @@ pub fn straight(rest: &MuscleRest, origin: Vec3, insertion: Vec3, wanted_normal:
         alpha: rest.alpha,
         beta: rest.beta,
         profile_scale: rest.profile_scale,
-        // Below .625 of the radius the inner field could not be monotone (background 3.2).
-        support_radius: rest.insertion.w.max(0.625 * largest),
+        support_radius: rest.insertion.w.max(LEAST_SUPPORT_RADII * largest),
         short_squared: rest.short_squared,
         long_squared: rest.long_squared,
         activation: ((1.0 - length / rest.origin_normal.w) / ACTIVE_SHORTENING).clamp(0.0, 1.0),

@@ -281,7 +281,7 @@ impl Buffers {
         for (name, bytes) in &sizes {
             fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
         }
-        output.check(sizes[6].1)?;
+        output.check(sizes[6].1, &limits)?;
         let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
         let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
         let buffers = Buffers {
@@ -354,7 +354,7 @@ fn prepare(
         [
             ("params", &b.normal_params),
             ("triangles", &rig.corners),
-            ("offsets", &rig.fan_offsets),
+            ("fans", &rig.fans),
             ("members", &rig.fan_members),
             ("positions", positions),
             ("vertices", &b.output),

@@ -118,7 +118,10 @@ impl Pipeline {
             layout: Some(&pipeline_layout),
             module: &module,
             entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &kernel.all_constants(),
+                ..Default::default()
+            },
             cache: None,
         });
         Pipeline { pipeline, layout }

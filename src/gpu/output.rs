@@ -1,5 +1,6 @@
 //! Where deformed vertices go: a buffer of ours, or a caller's with its own vertex format.
 
+use super::rig_buffers::fits;
 use crate::error::SetupError;
 
 /// Where a vertex lies in the output, in bytes; every number is a multiple of 4.
@@ -63,7 +64,7 @@ impl Output {
     }
 
     /// Whether the caller's buffer takes vertices up to byte `end`.
-    pub(super) fn check(&self, end: u64) -> Result<(), SetupError> {
+    pub(super) fn check(&self, end: u64, limits: &wgpu::Limits) -> Result<(), SetupError> {
         let Output::Caller { buffer, layout } = self else { return Ok(()) };
         let refuse = |what: String| Err(SetupError::Output { what });
         if !buffer.usage().contains(wgpu::BufferUsages::STORAGE) {
@@ -73,9 +74,10 @@ impl Output {
         if [offset, stride, position_at, normal_at].iter().any(|n| n % 4 != 0) {
             return refuse(format!("{layout:?} has a number that is not a multiple of 4"));
         }
-        if position_at.max(normal_at) + 12 > stride || position_at.abs_diff(normal_at) < 12 {
+        if u64::from(position_at.max(normal_at)) + 12 > u64::from(stride) || position_at.abs_diff(normal_at) < 12 {
             return refuse(format!("{layout:?} leaves no room for 12 bytes each of position and normal"));
         }
+        fits(limits, "the caller's output buffer, bound whole", buffer.size())?;
         if end > buffer.size() {
             return refuse(format!("the vertices end at byte {end} and it has {}", buffer.size()));
         }

@@ -15,7 +15,7 @@ pub struct RigBuffers {
     pub(super) nodes: wgpu::Buffer,
     pub(super) targets: wgpu::Buffer,
     pub(super) corners: wgpu::Buffer,
-    pub(super) fan_offsets: wgpu::Buffer,
+    pub(super) fans: wgpu::Buffer,
     pub(super) fan_members: wgpu::Buffer,
 }
 
@@ -34,14 +34,14 @@ impl RigBuffers {
             ("field grids", bytemuck::cast_slice(&rig.nodes)),
             ("vertex targets", bytemuck::cast_slice(&rig.targets)),
             ("triangles", bytemuck::cast_slice(&rig.topology.corners)),
-            ("fan offsets", bytemuck::cast_slice(&rig.topology.offsets)),
+            ("fans", bytemuck::cast_slice(&rig.topology.fans)),
             ("fan members", bytemuck::cast_slice(&rig.topology.members)),
         ];
         let limits = device.limits();
         for (name, bytes) in &data {
             fits(&limits, &format!("`{}`: {name}", character.name), bytes.len() as u64)?;
         }
-        let [positions_rest, influence_offsets, influences, muscles, nodes, targets, corners, fan_offsets, fan_members] =
+        let [positions_rest, influence_offsets, influences, muscles, nodes, targets, corners, fans, fan_members] =
             data.map(|(name, bytes)| upload(device, name, bytes));
         Ok(RigBuffers {
             rig,
@@ -52,7 +52,7 @@ impl RigBuffers {
             nodes,
             targets,
             corners,
-            fan_offsets,
+            fans,
             fan_members,
         })
     }

@@ -13,6 +13,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/kernels/field_sample.wgsl"),
     parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::FIELD],
     structs: STRUCTS,
+    constants: &[],
     bindings: BINDINGS,
     twin: "tracking::sample",
 };

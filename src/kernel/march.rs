@@ -5,7 +5,7 @@ use crate::{
     field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame},
     rig::VertexTarget,
     schedule::KernelId,
-    tracking::{MarchParams, MarchReport},
+    tracking::{self, MarchParams, MarchReport, StopReason},
 };
 
 pub(super) const KERNEL: Kernel = Kernel {
@@ -14,6 +14,16 @@ pub(super) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/kernels/march.wgsl"),
     parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::FIELD, source::CONTACT],
     structs: STRUCTS,
+    constants: &[
+        ("MIN_GRADIENT_SQUARED", tracking::MIN_GRADIENT_SQUARED as f64),
+        ("INFINITE_GAP", tracking::INFINITE_GAP as f64),
+        ("STOP_PASSIVE", StopReason::Passive as u32 as f64),
+        ("STOP_CONVERGED", StopReason::Converged as u32 as f64),
+        ("STOP_NO_GRADIENT", StopReason::NoGradient as u32 as f64),
+        ("STOP_PIT", StopReason::Pit as u32 as f64),
+        ("STOP_STEP_LIMIT", StopReason::StepLimit as u32 as f64),
+        ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
+    ],
     bindings: BINDINGS,
     twin: "tracking::march",
 };

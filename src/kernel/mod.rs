@@ -67,10 +67,19 @@ pub struct Kernel {
     pub parts: &'static [source::Part],
     /// Structs that it shares with the host.
     pub structs: &'static [SharedStruct],
+    /// WGSL overrides of the kernel's own file, with the host's values.
+    pub constants: &'static [source::Constant],
     /// Bindings in slot order.
     pub bindings: &'static [Binding],
     /// Path of its CPU twin.
     pub twin: &'static str,
+}
+
+impl Kernel {
+    /// All overrides of the assembled kernel with the host's values.
+    pub fn all_constants(&self) -> Vec<source::Constant> {
+        self.parts.iter().flat_map(|part| part.constants).chain(self.constants).copied().collect()
+    }
 }
 
 /// Every kernel.

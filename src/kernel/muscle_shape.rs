@@ -5,7 +5,7 @@ use crate::{
     field::{
         GroupGrid,
         evaluate::GroupFrame,
-        muscle::{MuscleFrame, MuscleRest},
+        muscle::{self, MuscleFrame, MuscleRest},
     },
     rig::JointFrame,
     schedule::KernelId,
@@ -18,6 +18,12 @@ pub(super) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/kernels/muscle_shape.wgsl"),
     parts: &[source::DISPATCH, source::MATH],
     structs: STRUCTS,
+    constants: &[
+        ("MIN_LENGTH", muscle::MIN_LENGTH as f64),
+        ("ACTIVE_SHORTENING", muscle::ACTIVE_SHORTENING as f64),
+        ("LEAST_SUPPORT_RADII", muscle::LEAST_SUPPORT_RADII as f64),
+        ("PI", std::f32::consts::PI as f64),
+    ],
     bindings: BINDINGS,
     twin: "wrap::shape",
 };

@@ -9,6 +9,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/kernels/normals.wgsl"),
     parts: &[source::DISPATCH, source::MATH],
     structs: STRUCTS,
+    constants: &[],
     bindings: BINDINGS,
     twin: "normals::from_faces",
 };
@@ -16,4 +17,4 @@ pub(super) const KERNEL: Kernel = Kernel {
 const STRUCTS: &[SharedStruct] = &[shared::<NormalParams>()];
 
 const BINDINGS: &[Binding] =
-    &[uniform("params"), read("triangles"), read("offsets"), read("members"), read("positions"), write("vertices")];
+    &[uniform("params"), read("triangles"), read("fans"), read("members"), read("positions"), write("vertices")];

@@ -13,6 +13,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/kernels/skin_dual_quaternion.wgsl"),
     parts: &[source::DISPATCH, source::MATH],
     structs: STRUCTS,
+    constants: &[],
     bindings: BINDINGS,
     twin: "skinning::dual_quaternion",
 };

@@ -13,6 +13,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/kernels/skin_linear.wgsl"),
     parts: &[source::DISPATCH],
     structs: STRUCTS,
+    constants: &[],
     bindings: BINDINGS,
     twin: "skinning::linear",
 };

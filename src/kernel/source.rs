@@ -1,32 +1,53 @@
 //! A kernel's WGSL, assembled by concatenation, with a map from its lines back to the files they came from.
 
-use super::{Kernel, SharedStruct};
+use super::{Kernel, SharedStruct, WORKGROUP};
+use crate::field::{compose, evaluate};
 use std::ops::Range;
 
 /// Shared WGSL.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
     /// The file, relative to the repository.
     pub file: &'static str,
     /// Its text.
     pub text: &'static str,
+    /// Its WGSL overrides, with the host's values.
+    pub constants: &'static [Constant],
 }
 
+/// A WGSL override and the host's value for it: no number is written twice.
+pub type Constant = (&'static str, f64);
+
 /// Thread indices of folded dispatches.
-pub const DISPATCH: Part =
-    Part { file: "shaders/shared/dispatch.wgsl", text: include_str!("../../shaders/shared/dispatch.wgsl") };
+pub const DISPATCH: Part = Part {
+    file: "shaders/shared/dispatch.wgsl",
+    text: include_str!("../../shaders/shared/dispatch.wgsl"),
+    constants: &[("DISPATCH_WORKGROUP", WORKGROUP as f64)],
+};
 /// Vector helpers.
-pub const MATH: Part = Part { file: "shaders/shared/math.wgsl", text: include_str!("../../shaders/shared/math.wgsl") };
+pub const MATH: Part =
+    Part { file: "shaders/shared/math.wgsl", text: include_str!("../../shaders/shared/math.wgsl"), constants: &[] };
 /// The muscle primitive.
 pub const MUSCLE: Part =
-    Part { file: "shaders/shared/muscle.wgsl", text: include_str!("../../shaders/shared/muscle.wgsl") };
+    Part { file: "shaders/shared/muscle.wgsl", text: include_str!("../../shaders/shared/muscle.wgsl"), constants: &[] };
 /// Transfer, grids, composition.
-pub const FIELD: Part =
-    Part { file: "shaders/shared/field.wgsl", text: include_str!("../../shaders/shared/field.wgsl") };
+pub const FIELD: Part = Part {
+    file: "shaders/shared/field.wgsl",
+    text: include_str!("../../shaders/shared/field.wgsl"),
+    constants: &[
+        ("FIELD_NO_GROUP", evaluate::NO_GROUP as f64),
+        ("FIELD_SATURATION", compose::SATURATION as f64),
+        ("FIELD_HEADROOM", compose::HEADROOM as f64),
+        ("FIELD_FILLET", compose::FILLET as f64),
+    ],
+};
 
 /// A vertex's own side of a contact.
-pub const CONTACT: Part =
-    Part { file: "shaders/shared/contact.wgsl", text: include_str!("../../shaders/shared/contact.wgsl") };
+pub const CONTACT: Part = Part {
+    file: "shaders/shared/contact.wgsl",
+    text: include_str!("../../shaders/shared/contact.wgsl"),
+    constants: &[("CONTACT_AGREE", evaluate::CONTACT_AGREE as f64), ("CONTACT_TURN", evaluate::CONTACT_TURN as f64)],
+};
 
 /// Every shared part.
 pub const PARTS: [Part; 5] = [DISPATCH, MATH, MUSCLE, FIELD, CONTACT];

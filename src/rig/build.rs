@@ -96,7 +96,6 @@ impl Rig {
         let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
         let mut resolved = muscles
             .iter()
-            .filter(|_| options.fields)
             .map(|spec| Ok((spec.name.clone(), muscle::resolve(spec, &character, &groups)?)))
             .collect::<Result<Vec<_>, RigError>>()?;
         resolved.sort_by_key(|(_, rest)| rest.group);

@@ -86,8 +86,14 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
         MuscleSize::Width(w) => w / highest,
         MuscleSize::Volume(v) => (v / (std::f32::consts::PI * length)).sqrt(),
     };
-    if !(width > 0.0 && width.is_finite()) {
-        return Err(value("its width or volume must be a positive number".into()));
+    // As thick as its character is tall is a slip of units, and larger numbers overflow further on.
+    let tallest = character.height_rest().max(1e-6);
+    if !(width > 0.0 && width * highest <= tallest && length <= 100.0 * tallest) {
+        return Err(value(format!(
+            "it is {length} m long and {} m thick at rest, beside a character of {tallest} m; width (m) or volume (m^3) must \
+             be positive, and both ends near the character",
+            width * highest
+        )));
     }
     let (short_squared, long_squared) = ellipse_squared(spec.eccentricity);
     Ok(MuscleRest {
@@ -141,7 +147,62 @@ fn distance(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::distance;
+    use super::*;
+    use crate::rig::{Influence, Joint, groups::Group};
+    use glam::{Mat4, Vec2};
+
+    /// A spec on a character of one bone, 1 m tall.
+    fn resolved(change: impl Fn(&mut MuscleSpec)) -> Result<MuscleRest, String> {
+        let end = |y| Attachment { bone: "thigh".into(), offset: Vec3::Y * y, normal: Vec3::X };
+        let mut spec = MuscleSpec {
+            name: "m".into(),
+            bone: "thigh".into(),
+            origin: end(0.1),
+            insertion: end(0.5),
+            alpha: 3,
+            beta: 3,
+            eccentricity: 0.0,
+            size: MuscleSize::Width(0.03),
+        };
+        change(&mut spec);
+        let character = Character {
+            joints: vec![Joint { name: "thigh".into(), parent: None, node: 0, inverse_bind: Mat4::IDENTITY }],
+            positions_rest: vec![Vec3::ZERO, Vec3::Y],
+            normals_rest: vec![Vec3::X; 2],
+            uvs: vec![Vec2::ZERO; 2],
+            influences: vec![Influence { joint: 0, weight: 1.0 }; 2],
+            influence_offsets: vec![0, 1, 2],
+            ..Character::default()
+        };
+        let group = Group { name: "thigh".into(), joint: 0, joints: vec![0], parent: None, passive: false, part: None };
+        let groups = FieldGroups { groups: vec![group], group_of_joint: vec![0], owner: vec![0, 0] };
+        resolve(&spec, &character, &groups).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn width_and_volume_name_the_same_muscle() {
+        let by_width = resolved(|_| ()).expect("good");
+        let volume = by_width.origin.w;
+        let by_volume = resolved(|s| s.size = MuscleSize::Volume(volume)).expect("good");
+        assert!((by_volume.origin.w / volume - 1.0).abs() < 1e-6);
+        let radius = (volume / (std::f32::consts::PI * 0.4)).sqrt() * by_width.profile_max;
+        assert!((radius - 0.03).abs() < 1e-6, "{radius}");
+    }
+
+    #[test]
+    fn numbers_out_of_their_range_are_refused() {
+        let refused = |change: fn(&mut MuscleSpec)| resolved(change).map(drop).expect_err("must be refused");
+        assert!(refused(|s| s.size = MuscleSize::Width(-0.1)).contains("must be positive"));
+        assert!(refused(|s| s.size = MuscleSize::Width(f32::NAN)).contains("must be positive"));
+        assert!(refused(|s| s.size = MuscleSize::Width(1e10)).contains("beside a character of 1 m"));
+        assert!(refused(|s| s.size = MuscleSize::Volume(f32::INFINITY)).contains("must be positive"));
+        assert!(refused(|s| s.insertion.offset = Vec3::splat(1e30)).contains("near the character"));
+        assert!(refused(|s| s.insertion.offset = s.origin.offset).contains("apart at rest"));
+        assert!(refused(|s| s.origin.offset.x = f32::NAN).contains("not finite"));
+        assert!(refused(|s| s.alpha = 1).contains("from 2 to 9"));
+        assert!(refused(|s| s.eccentricity = 1.0).contains("eccentricity"));
+        assert!(refused(|s| s.insertion.bone = "thihg".into()).contains("nearest names: thigh"));
+    }
 
     #[test]
     fn distance_counts_edits() {

@@ -3,14 +3,14 @@
 use super::Character;
 use std::collections::HashMap;
 
-/// Triangles around every vertex; vertices that share position and normal at rest share their triangles.
+/// Triangles around every vertex; vertices that share position and normal at rest share one list of triangles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Topology {
     /// Corner indices, three per triangle.
     pub corners: Vec<u32>,
-    /// Where each vertex's triangles begin in `members`; one longer than the vertices.
-    pub offsets: Vec<u32>,
-    /// Triangle indices, ascending within a vertex.
+    /// Per vertex, where its triangles begin and end in `members`.
+    pub fans: Vec<[u32; 2]>,
+    /// Triangle indices, ascending within a list: at most three per triangle in all, however many vertices coincide.
     pub members: Vec<u32>,
 }
 
@@ -27,21 +27,29 @@ impl Topology {
                 }
             }
         }
-        let mut offsets = Vec::with_capacity(class.len() + 1);
         let mut members = Vec::with_capacity(character.triangles.len() * 3);
-        offsets.push(0);
-        for &c in &class {
-            members.extend_from_slice(&around[c as usize]);
-            offsets.push(members.len() as u32);
-        }
-        Topology { corners: character.triangles.iter().flatten().copied().collect(), offsets, members }
+        let lists: Vec<[u32; 2]> = around
+            .iter()
+            .map(|triangles| {
+                let begin = members.len() as u32;
+                members.extend_from_slice(triangles);
+                [begin, members.len() as u32]
+            })
+            .collect();
+        let fans = class.iter().map(|&c| lists[c as usize]).collect();
+        Topology { corners: character.triangles.iter().flatten().copied().collect(), fans, members }
     }
 }
 
-/// Per vertex, the first vertex with the same position and normal, to the bit.
+/// Copies of a vertex that share shading at most. Real seams have a handful; thousands of vertices in one place would
+/// each sum all triangles of the place.
+const MOST_COPIES: u32 = 64;
+
+/// Per vertex, the first vertex with the same position and normal; itself where more than [`MOST_COPIES`] coincide.
 fn shading_classes(character: &Character) -> Vec<u32> {
     let mut first = HashMap::with_capacity(character.vertex_count());
-    character
+    let mut copies = vec![0u32; character.vertex_count()];
+    let mut class: Vec<u32> = character
         .positions_rest
         .iter()
         .zip(&character.normals_rest)
@@ -49,9 +57,17 @@ fn shading_classes(character: &Character) -> Vec<u32> {
         .map(|(vertex, (p, n))| {
             // Seam copies may differ in the last bits of a recomputed normal: a thousandth is the same direction.
             let key = (p.to_array().map(f32::to_bits), n.to_array().map(|x| (x * 1000.0).round() as i32));
-            *first.entry(key).or_insert(vertex as u32)
+            let class = *first.entry(key).or_insert(vertex as u32);
+            copies[class as usize] += 1;
+            class
         })
-        .collect()
+        .collect();
+    for (vertex, class) in class.iter_mut().enumerate() {
+        if copies[*class as usize] > MOST_COPIES {
+            *class = vertex as u32;
+        }
+    }
+    class
 }
 
 #[cfg(test)]
@@ -67,11 +83,26 @@ mod tests {
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             ..Character::default()
         };
+        let fan = |topology: &Topology, v: usize| {
+            let [begin, end] = topology.fans[v];
+            topology.members[begin as usize..end as usize].to_vec()
+        };
         let smooth = Topology::new(&quad(Vec3::Z));
-        assert_eq!(smooth.members[smooth.offsets[1] as usize..smooth.offsets[2] as usize], [0, 1]);
-        assert_eq!(smooth.members[smooth.offsets[3] as usize..smooth.offsets[4] as usize], [0, 1]);
+        assert_eq!((fan(&smooth, 1), fan(&smooth, 3)), (vec![0, 1], vec![0, 1]));
         let hard = Topology::new(&quad(Vec3::X));
-        assert_eq!(hard.members[hard.offsets[1] as usize..hard.offsets[2] as usize], [0]);
-        assert_eq!(hard.members[hard.offsets[3] as usize..hard.offsets[4] as usize], [1]);
+        assert_eq!((fan(&hard, 1), fan(&hard, 3)), (vec![0], vec![1]));
+    }
+
+    #[test]
+    fn coincident_vertices_take_no_more_room_than_their_triangles() {
+        let n = 30_000;
+        let character = Character {
+            positions_rest: vec![Vec3::ONE; n],
+            normals_rest: vec![Vec3::Z; n],
+            triangles: (0..n as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+            ..Character::default()
+        };
+        let topology = Topology::new(&character);
+        assert!(topology.members.len() <= n && topology.fans.iter().all(|[begin, end]| end - begin <= 1));
     }
 }
