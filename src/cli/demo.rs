@@ -82,14 +82,13 @@ mod on_device {
             size: Some(args.size),
         };
         let mut film = film(headless, &args.compute.device, &set)?;
-        let all: Vec<u32> = frames.numbers().collect();
-        let skin = Shoot { frames: &all, view: View::Skin, files: Some(&args.output) };
-        shoot(&mut film, &scene, &frames, &skin, &mut files)?;
+        let skin = Shoot { frames: frames.numbers(), view: View::Skin, files: Some(&args.output) };
+        shoot(&mut film, &scene, &frames, skin, &mut files)?;
         let bend = Frames { range: FrameRange { first: 0, last: frames.range.last / 2 }, ..frames };
         let mut shown = Vec::new();
         for view in [View::Skin, View::Xray] {
-            let few = Shoot { frames: &bend.spread(SHOWN), view, files: None };
-            shown.extend(shoot(&mut film, &scene, &frames, &few, &mut files)?);
+            let few = Shoot { frames: bend.spread(SHOWN).into_iter(), view, files: None };
+            shown.extend(shoot(&mut film, &scene, &frames, few, &mut files)?);
         }
         let sheet = args.output.join("xray.png");
         write(&sheet, &sheet_of(&shown), &mut files)?;

@@ -31,6 +31,9 @@ pub fn rig(file: &Path, scene: &Scene, muscles: &[MuscleSpec], skinning: Skinnin
         .map_err(|error| Failure::Input(format!("{}: {error}", file.display())))
 }
 
+/// Most frames of one run: above it a clip's end is a mistake rather than a wish.
+const MOST_FRAMES: u32 = 1_000_000;
+
 /// Frames of one clip: frame `k` is at `k / fps` seconds after its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames {
@@ -58,6 +61,15 @@ impl Frames {
                 motion.fps
             )));
         }
+        // A clip of 2^32 frames or more ends at the largest number, so one is added with care.
+        if range.last - range.first >= MOST_FRAMES {
+            return Err(named(&format!(
+                "{} has {} frames at {} fps, more than {MOST_FRAMES}; give fewer with --frames A..B",
+                clip_name(scene, clip),
+                u64::from(range.last - range.first) + 1,
+                motion.fps
+            )));
+        }
         Ok(Frames { clip, fps: motion.fps, range })
     }
 
@@ -67,8 +79,9 @@ impl Frames {
     }
 
     /// All frame numbers, ascending.
-    pub fn numbers(&self) -> impl Iterator<Item = u32> + use<> {
-        self.range.first..=self.range.last
+    pub fn numbers(&self) -> impl ExactSizeIterator<Item = u32> + use<> {
+        let first = self.range.first;
+        (0..self.count()).map(move |i| first + i)
     }
 
     /// At most `most` frame numbers, evenly spread from the first to the last.
@@ -103,14 +116,33 @@ pub fn clip_name(scene: &Scene, clip: ClipChoice) -> String {
     }
 }
 
-#[cfg(all(test, feature = "gpu"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_clip_without_end_is_refused_and_a_part_of_it_is_not() {
+        let mut scene = sinew::io::gltf::from_bytes(include_bytes!("../../assets/arm.glb"), "arm").expect("the arm");
+        scene.clips[0].end = 1.4e8;
+        let choose = |frames| {
+            let motion = Motion { clip: None, frames, fps: 30.0 };
+            Frames::choose(Path::new("arm.glb"), &scene, &motion)
+        };
+        for frames in [None, Some(FrameRange { first: 0, last: MOST_FRAMES })] {
+            let Err(Failure::Input(line)) = choose(frames) else { panic!("not refused") };
+            assert!(line.contains("arm.glb") && line.contains("curl") && line.contains("--frames A..B"), "{line}");
+        }
+        let late = FrameRange { first: 2_000_000_000, last: 2_000_999_999 };
+        let frames = choose(Some(late)).expect("a million frames");
+        assert_eq!((frames.count(), frames.numbers().last()), (MOST_FRAMES, Some(late.last)));
+    }
+
+    #[cfg(feature = "gpu")]
     fn frames(first: u32, last: u32) -> Frames {
         Frames { clip: ClipChoice::Rest, fps: 30.0, range: FrameRange { first, last } }
     }
 
+    #[cfg(feature = "gpu")]
     #[test]
     fn frames_spread_from_end_to_end() {
         assert_eq!(frames(0, 9).spread(10), (0..10).collect::<Vec<_>>());

@@ -70,9 +70,8 @@ mod on_device {
         };
         let mut film = film(headless, &args.compute.device, &set)?;
         let began = Instant::now();
-        let shoot =
-            Shoot { frames: &frames.numbers().collect::<Vec<_>>(), view: args.view.into(), files: Some(&args.output) };
-        let kept = self::shoot(&mut film, &scene, &frames, &shoot, &mut files)?;
+        let shoot = Shoot { frames: frames.numbers(), view: args.view.into(), files: Some(&args.output) };
+        let kept = self::shoot(&mut film, &scene, &frames, shoot, &mut files)?;
         let sheet = args.sheet.then(|| args.output.join("sheet.png"));
         if let Some(path) = &sheet {
             write(path, &sheet_of(&kept), &mut files)?;
@@ -196,9 +195,9 @@ mod on_device {
     }
 
     /// Which frames to draw, how, and into which folder if any.
-    pub struct Shoot<'a> {
+    pub struct Shoot<'a, I> {
         /// Frame numbers, ascending.
-        pub frames: &'a [u32],
+        pub frames: I,
         /// What is drawn.
         pub view: View,
         /// Folder for `frame_0000.png` and so on.
@@ -210,13 +209,13 @@ mod on_device {
         film: &mut Film,
         scene: &Scene,
         frames: &Frames,
-        shoot: &Shoot,
+        shoot: Shoot<impl ExactSizeIterator<Item = u32>>,
         files: &mut FileSet,
     ) -> Result<Vec<(u32, Picture)>, Failure> {
         let progress = Progress::steps("drawing", shoot.frames.len() as u64);
         let chosen = chosen(shoot.frames.len());
         let mut kept = Vec::new();
-        for (i, &number) in shoot.frames.iter().enumerate() {
+        for (i, number) in shoot.frames.enumerate() {
             let picture = film.picture(&frames.pose(scene, number), shoot.view)?;
             if let Some(folder) = shoot.files {
                 write(&folder.join(format!("frame_{number:04}.png")), &picture, files)?;
