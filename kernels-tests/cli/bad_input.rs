@@ -145,7 +145,7 @@ fn muscle_files_name_line_and_bone() {
     refused("[[muscle]", &["m.toml:1:"]);
     let stranger = "[[muscle]]\nname = \"a\"\nbone = \"tail\"\nwidth = 0.02\n\
                     origin = { bone = \"tail\", offset = [0, 0, 0] }\ninsertion = { bone = \"tail\", offset = [0, 1, 0] }\n";
-    refused(stranger, &["muscle `a`", "tail"]);
+    refused(stranger, &["m.toml: muscle `a`", "tail"]);
 }
 
 #[test]

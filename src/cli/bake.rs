@@ -12,7 +12,7 @@ use sinew::error::OutputError;
 use sinew::io::atomic::FileSet;
 use sinew::io::{obj, pc2};
 use sinew::rig::Character;
-use sinew::schedule::FrameOptions;
+use sinew::schedule::{FrameOptions, Skinning};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,6 +24,8 @@ struct Baked {
     motion: String,
     frames: u32,
     vertices: usize,
+    /// Vertices that fields can move; absent without implicit skinning.
+    active_vertices: Option<usize>,
     device: String,
     seconds: f64,
 }
@@ -37,7 +39,7 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let machine = Machine::open(&args.compute.device)?;
     let mut sink = Sink::open(&args.output, format, &scene.character, &frames)?;
     let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
-    let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
+    let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
     play(&scene, &frames, &mut deformer, &options, &mut sink)?;
@@ -48,18 +50,20 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
         motion: frames.describe(&scene),
         frames: frames.count(),
         vertices: scene.character.vertex_count(),
+        active_vertices: load::active(&rig, options.skinning),
         device: deformer.describe(),
         seconds: began.elapsed().as_secs_f64(),
     };
     print::result(args.json, &baked, |b| {
         format!(
-            "{}: {} of {} vertices, {}\ndeformed on {} in {:.2} s",
+            "{}: {} of {} vertices, {}\ndeformed on {} in {:.2} s{}",
             b.output.display(),
             b.format,
             b.vertices,
             b.motion,
             b.device,
-            b.seconds
+            b.seconds,
+            load::inactive_text(b.active_vertices)
         )
     })
 }

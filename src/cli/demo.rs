@@ -14,7 +14,7 @@ pub use on_device::run;
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{FrameRange, Motion};
+    use crate::args::{FrameRange, Input, Motion};
     use crate::load::{self, Frames};
     use crate::print;
     use crate::render::{Set, Shoot, film, sheet_of, shoot, write};
@@ -65,14 +65,14 @@ mod on_device {
         let headless = crate::device::open(&args.compute.device)?;
         let mut files = FileSet::new();
         files.folder(&args.output).map_err(Failure::input)?;
-        let file = Path::new("arm.glb");
+        let input = Input { file: "arm.glb".into(), muscles: Some("arm.muscles.toml".into()) };
         let scene = gltf::from_bytes(ARM, "arm").map_err(Failure::input)?;
         let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
         let motion = Motion { clip: Some("curl".into()), frames: None, fps: 30.0 };
-        let frames = Frames::choose(file, &scene, &motion)?;
+        let frames = Frames::choose(&input.file, &scene, &motion)?;
         let options = FrameOptions::default();
         let began = Instant::now();
-        let rig = Arc::new(load::rig(file, &scene, &muscles, options.skinning)?);
+        let rig = Arc::new(load::rig(&input, &scene, &muscles, true)?);
         let set = Set {
             scene: &scene,
             rig: &rig,

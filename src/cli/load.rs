@@ -4,6 +4,7 @@ use crate::args::{FrameRange, Input, Motion};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use sinew::clip::{ClipChoice, Scene};
+use sinew::error::RigError;
 use sinew::rig::{BuildOptions, MuscleSpec, Pose, Rig, muscle_file};
 use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
@@ -23,12 +24,31 @@ pub fn input(input: &Input) -> Result<(Scene, Vec<MuscleSpec>), Failure> {
     Ok((scene, muscles.unwrap_or_default()))
 }
 
-/// Builds the rig; `file` is for messages. Fields are fitted only where the skinning needs them.
-pub fn rig(file: &Path, scene: &Scene, muscles: &[MuscleSpec], skinning: Skinning) -> Result<Rig, Failure> {
-    let _progress = Progress::unknown("fitting fields");
-    let options = BuildOptions { fields: skinning == Skinning::Implicit, ..BuildOptions::default() };
-    Rig::build(scene.character.clone(), muscles, &options)
-        .map_err(|error| Failure::Input(format!("{}: {error}", file.display())))
+/// Builds the rig; the paths of `input` are for messages. Without `fields`, which are what takes long, only geometric
+/// skinning is to be had and muscles have no shape.
+pub fn rig(input: &Input, scene: &Scene, muscles: &[MuscleSpec], fields: bool) -> Result<Rig, Failure> {
+    let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
+    let options = BuildOptions { fields, ..BuildOptions::default() };
+    Rig::build(scene.character.clone(), muscles, &options).map_err(|error| {
+        let file = match &error {
+            RigError::Muscle(_) => input.muscles.as_ref().unwrap_or(&input.file),
+            _ => &input.file,
+        };
+        Failure::Input(format!("{}: {error}", file.display()))
+    })
+}
+
+/// How many vertices the fields can move under a skinning; none where it uses no fields.
+pub fn active(rig: &Rig, skinning: Skinning) -> Option<usize> {
+    (skinning == Skinning::Implicit).then(|| rig.active_count())
+}
+
+/// What a result says of [`active`], where there is something to say.
+pub fn inactive_text(active: Option<usize>) -> &'static str {
+    match active {
+        Some(0) => "\n0 vertices follow fields: the skin is the same as with --skinning linear",
+        _ => "",
+    }
 }
 
 /// Most frames of one run: above it a clip's end is a mistake rather than a wish.

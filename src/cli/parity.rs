@@ -24,7 +24,7 @@ mod on_device {
     use serde::Serialize;
     use sinew::parity::{CpuResult, StageReport, compare, stop_counts};
     use sinew::reference::Reference;
-    use sinew::schedule::FrameOptions;
+    use sinew::schedule::{FrameOptions, Skinning};
     use std::fmt::Write;
     use std::sync::Arc;
 
@@ -57,7 +57,7 @@ mod on_device {
         let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
         let headless = device::open(&args.compute.device)?;
-        let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
+        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
         let mut device = OnDevice::new(headless, &rig, &options)?;
         let reference = Reference::new(&rig);
         let mut compared = Compared {

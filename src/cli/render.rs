@@ -28,7 +28,7 @@ mod on_device {
     use sinew::io::png;
     use sinew::render::{Camera, Direction, Picture, View, contact_sheet, vertex_buffer};
     use sinew::rig::{Pose, Rig};
-    use sinew::schedule::FrameOptions;
+    use sinew::schedule::{FrameOptions, Skinning};
     use std::path::{Path, PathBuf};
     use std::sync::Arc;
     use std::time::Instant;
@@ -45,6 +45,8 @@ mod on_device {
         frames: u32,
         width: u32,
         height: u32,
+        /// Vertices that fields can move; absent without implicit skinning.
+        active_vertices: Option<usize>,
         sheet: Option<PathBuf>,
         device: String,
         seconds: f64,
@@ -53,13 +55,21 @@ mod on_device {
     pub fn run(args: &args::Render) -> Result<(), Failure> {
         load::threads(args.compute.threads)?;
         let (scene, muscles) = load::input(&args.input)?;
+        let view = View::from(args.view);
+        if view != View::Skin && muscles.is_empty() {
+            return Err(Failure::Usage(
+                "--view xray and --view muscles draw muscles: needs --muscles with a file that has some".into(),
+            ));
+        }
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let mut files = FileSet::new();
         files.folder(&args.output).map_err(Failure::input)?;
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+        // Muscles take their shape in the space of their fields, whichever skinning is drawn over them.
+        let fields = options.skinning == Skinning::Implicit || view != View::Skin;
         // Before the long work of fitting, so that a missing adapter is known at once.
         let headless = device::open(&args.compute.device)?;
-        let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
+        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields)?);
         let set = Set {
             scene: &scene,
             rig: &rig,
@@ -70,7 +80,7 @@ mod on_device {
         };
         let mut film = film(headless, &args.compute.device, &set)?;
         let began = Instant::now();
-        let shoot = Shoot { frames: frames.numbers(), view: args.view.into(), files: Some(&args.output) };
+        let shoot = Shoot { frames: frames.numbers(), view, files: Some(&args.output) };
         let kept = self::shoot(&mut film, &scene, &frames, shoot, &mut files)?;
         let sheet = args.sheet.then(|| args.output.join("sheet.png"));
         if let Some(path) = &sheet {
@@ -83,6 +93,7 @@ mod on_device {
             frames: frames.count(),
             width: film.size.width,
             height: film.size.height,
+            active_vertices: load::active(&rig, options.skinning),
             sheet,
             device: film.describe(),
             seconds: began.elapsed().as_secs_f64(),
@@ -91,8 +102,12 @@ mod on_device {
             let sheet = r.sheet.as_ref().map_or(String::new(), |s| format!(" and {}", s.display()));
             let (folder, width, height) = (r.output.display(), r.width, r.height);
             format!(
-                "{folder}/frame_*.png{sheet}: {} pictures of {width} x {height}, {}\ndrawn on {} in {:.2} s",
-                r.frames, r.motion, r.device, r.seconds
+                "{folder}/frame_*.png{sheet}: {} pictures of {width} x {height}, {}\ndrawn on {} in {:.2} s{}",
+                r.frames,
+                r.motion,
+                r.device,
+                r.seconds,
+                load::inactive_text(r.active_vertices)
             )
         })
     }
