@@ -80,11 +80,11 @@ fn play(
         let skin = deformer.frame(&frames.pose(scene, number), options)?;
         match sink {
             Sink::Pc2(writer) => writer.frame(&skin.positions).map_err(Failure::input)?,
-            Sink::Obj { set, folder, stem } => {
-                let path = folder.join(format!("{stem}_{number:04}.obj"));
-                obj::write_frame(&path, number, &scene.character, &skin.positions, &skin.normals)
-                    .map_err(Failure::input)?;
-                set.wrote(&path);
+            Sink::Obj { set, stem } => {
+                set.write(&format!("{stem}_{number:04}.obj"), |path| {
+                    obj::write_frame(path, number, &scene.character, &skin.positions, &skin.normals)
+                })
+                .map_err(Failure::input)?;
             }
         }
         progress.step();
@@ -124,7 +124,7 @@ impl Format {
 /// Where frames go. Dropped before it is finished, it leaves nothing.
 enum Sink {
     Pc2(pc2::Writer),
-    Obj { set: FileSet, folder: PathBuf, stem: String },
+    Obj { set: FileSet, stem: String },
 }
 
 impl Sink {
@@ -143,9 +143,7 @@ impl Sink {
                     } else {
                         (output.to_owned(), "frame".to_owned())
                     };
-                    let mut set = FileSet::new();
-                    set.folder(&folder)?;
-                    Ok(Sink::Obj { set, folder, stem })
+                    Ok(Sink::Obj { set: FileSet::open(&folder)?, stem })
                 }
             }
         };
@@ -156,7 +154,7 @@ impl Sink {
         match self {
             Sink::Pc2(writer) => writer.finish().map_err(Failure::input),
             Sink::Obj { set, .. } => {
-                set.keep();
+                set.keep().map_err(Failure::input)?;
                 Ok(())
             }
         }

@@ -31,6 +31,7 @@ mod on_device {
 
     const ARM: &[u8] = include_bytes!("../../assets/arm.glb");
     const MUSCLES: &str = include_str!("../../assets/arm.muscles.toml");
+    const SHEET_NAME: &str = "xray.png";
     /// Frames on the sheet: as many skins as x-rays, from the stretched arm to the bent one.
     const SHOWN: u32 = 4;
     /// From the inner side, where the biceps shows.
@@ -63,8 +64,7 @@ mod on_device {
     pub fn run(args: &args::Demo) -> Result<(), Failure> {
         load::threads(args.compute.threads)?;
         let headless = crate::device::open(&args.compute.device)?;
-        let mut files = FileSet::new();
-        files.folder(&args.output).map_err(Failure::input)?;
+        let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
         let input = Input { file: "arm.glb".into(), muscles: Some("arm.muscles.toml".into()) };
         let scene = gltf::from_bytes(ARM, "arm").map_err(Failure::input)?;
         let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
@@ -82,17 +82,17 @@ mod on_device {
             size: Some(args.size),
         };
         let mut film = film(headless, &args.compute.device, &set)?;
-        let skin = Shoot { frames: frames.numbers(), view: View::Skin, files: Some(&args.output) };
-        shoot(&mut film, &scene, &frames, skin, &mut files)?;
+        let skin = Shoot { frames: frames.numbers(), view: View::Skin, files: Some(&mut files) };
+        shoot(&mut film, &scene, &frames, skin)?;
         let bend = Frames { range: FrameRange { first: 0, last: frames.range.last / 2 }, ..frames };
         let mut shown = Vec::new();
         for view in [View::Skin, View::Xray] {
             let few = Shoot { frames: bend.spread(SHOWN).into_iter(), view, files: None };
-            shown.extend(shoot(&mut film, &scene, &frames, few, &mut files)?);
+            shown.extend(shoot(&mut film, &scene, &frames, few)?);
         }
-        let sheet = args.output.join("xray.png");
-        write(&sheet, &sheet_of(&shown), &mut files)?;
-        files.keep();
+        let sheet = args.output.join(SHEET_NAME);
+        write(SHEET_NAME, &sheet_of(&shown), &mut files)?;
+        files.keep().map_err(Failure::input)?;
         let (muscles, moved) = at_the_bend(&rig, &scene, &frames)?;
         let played = Played {
             output: args.output.clone(),

@@ -29,12 +29,13 @@ mod on_device {
     use sinew::render::{Camera, Direction, Picture, View, contact_sheet, vertex_buffer};
     use sinew::rig::{Pose, Rig};
     use sinew::schedule::{FrameOptions, Skinning};
-    use std::path::{Path, PathBuf};
+    use std::path::PathBuf;
     use std::sync::Arc;
     use std::time::Instant;
 
     /// Most pictures on a contact sheet, most side by side, and their largest height in pixels.
     const SHEET: u32 = 12;
+    const SHEET_NAME: &str = "sheet.png";
     const COLUMNS: u32 = 4;
     const CELL: u32 = 480;
 
@@ -62,8 +63,7 @@ mod on_device {
             ));
         }
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
-        let mut files = FileSet::new();
-        files.folder(&args.output).map_err(Failure::input)?;
+        let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
         // Muscles take their shape in the space of their fields, whichever skinning is drawn over them.
         let fields = options.skinning == Skinning::Implicit || view != View::Skin;
@@ -80,13 +80,13 @@ mod on_device {
         };
         let mut film = film(headless, &args.compute.device, &set)?;
         let began = Instant::now();
-        let shoot = Shoot { frames: frames.numbers(), view, files: Some(&args.output) };
-        let kept = self::shoot(&mut film, &scene, &frames, shoot, &mut files)?;
-        let sheet = args.sheet.then(|| args.output.join("sheet.png"));
-        if let Some(path) = &sheet {
-            write(path, &sheet_of(&kept), &mut files)?;
+        let shoot = Shoot { frames: frames.numbers(), view, files: Some(&mut files) };
+        let kept = self::shoot(&mut film, &scene, &frames, shoot)?;
+        let sheet = args.sheet.then(|| args.output.join(SHEET_NAME));
+        if sheet.is_some() {
+            write(SHEET_NAME, &sheet_of(&kept), &mut files)?;
         }
-        files.keep();
+        files.keep().map_err(Failure::input)?;
         let rendered = Rendered {
             output: args.output.clone(),
             motion: frames.describe(&scene),
@@ -215,8 +215,8 @@ mod on_device {
         pub frames: I,
         /// What is drawn.
         pub view: View,
-        /// Folder for `frame_0000.png` and so on.
-        pub files: Option<&'a Path>,
+        /// Takes `frame_0000.png` and so on.
+        pub files: Option<&'a mut FileSet>,
     }
 
     /// Draws frames, writes them, and keeps evenly chosen small ones for a contact sheet.
@@ -224,16 +224,15 @@ mod on_device {
         film: &mut Film,
         scene: &Scene,
         frames: &Frames,
-        shoot: Shoot<impl ExactSizeIterator<Item = u32>>,
-        files: &mut FileSet,
+        mut shoot: Shoot<impl ExactSizeIterator<Item = u32>>,
     ) -> Result<Vec<(u32, Picture)>, Failure> {
         let progress = Progress::steps("drawing", shoot.frames.len() as u64);
         let chosen = chosen(shoot.frames.len());
         let mut kept = Vec::new();
         for (i, number) in shoot.frames.enumerate() {
             let picture = film.picture(&frames.pose(scene, number), shoot.view)?;
-            if let Some(folder) = shoot.files {
-                write(&folder.join(format!("frame_{number:04}.png")), &picture, files)?;
+            if let Some(files) = &mut shoot.files {
+                write(&format!("frame_{number:04}.png"), &picture, files)?;
             }
             if chosen.contains(&i) {
                 kept.push((number, picture.reduced(picture.height.div_ceil(CELL))));
@@ -255,11 +254,9 @@ mod on_device {
         contact_sheet(&pictures, &numbers, COLUMNS)
     }
 
-    /// Writes a picture and notes it.
-    pub fn write(path: &Path, picture: &Picture, files: &mut FileSet) -> Result<(), Failure> {
-        png::write(path, picture.width, picture.height, &picture.rgba).map_err(Failure::input)?;
-        files.wrote(path);
-        Ok(())
+    /// Writes a picture as a file of a set.
+    pub fn write(name: &str, picture: &Picture, files: &mut FileSet) -> Result<(), Failure> {
+        files.write(name, |path| png::write(path, picture.width, picture.height, &picture.rgba)).map_err(Failure::input)
     }
 
     #[cfg(test)]
