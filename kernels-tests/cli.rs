@@ -67,7 +67,7 @@ pub fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn wrong_flags_are_usage() {
-    let cases: [&[&str]; 10] = [
+    let cases: [&[&str]; 11] = [
         &[],
         &["dance"],
         &["bake"],
@@ -77,6 +77,7 @@ fn wrong_flags_are_usage() {
         &["bake", "in.glb", "-o", "out.pc2", "--skinning", "magic"],
         &["render", "in.glb", "-o", "out", "--size", "0x4"],
         &["render", "in.glb", "-o", "out", "--threads", "0"],
+        &["bake", "in.glb", "-o", "out", "--threads", "1025"],
         &["inspect", "in.glb", "--wobble"],
     ];
     for case in cases {

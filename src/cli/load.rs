@@ -10,10 +10,15 @@ use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Limits the worker threads; 0 or more cores than asked for stay idle.
+/// Most threads per core: more of them only take memory.
+const THREADS_PER_CORE: usize = 4;
+
+/// Sets the number of worker threads, within what the machine's cores can use.
 pub fn threads(count: Option<NonZeroUsize>) -> Result<(), Failure> {
     let Some(count) = count else { return Ok(()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.get()).build_global();
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let used = count.get().min(cores * THREADS_PER_CORE);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(used).build_global();
     pool.map_err(|error| Failure::Input(format!("--threads {count}: {error}; give a smaller number")))
 }
 
