@@ -60,6 +60,8 @@ fn the_arm_taken_apart_is_still_good() {
     bake.args(["bake", "--device", "cpu", "--skinning", "linear", "--frames", "0"]).arg(&input).arg("-o").arg(&out);
     super::printed(&bake.output().expect("runs"));
     assert!(out.is_file());
+    let found: Value = serde_json::from_slice(&bake.arg("--json").output().expect("runs").stdout).expect("JSON");
+    assert_eq!((&found["frames"], &found["notes"]), (&json!(1), &json!([])));
 }
 
 #[test]

@@ -54,7 +54,7 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
         device: deformer.describe(),
         seconds: began.elapsed().as_secs_f64(),
     };
-    print::result(args.json, &baked, |b| {
+    print::noted(args.json, &baked, &scene.notes, |b| {
         format!(
             "{}: {} of {} vertices, {}\ndeformed on {} in {:.2} s{}",
             b.output.display(),

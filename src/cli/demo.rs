@@ -105,7 +105,7 @@ mod on_device {
             muscles,
             moved_millimetres: moved * 1000.0,
         };
-        print::result(args.json, &played, text)
+        print::noted(args.json, &played, &scene.notes, text)
     }
 
     /// What muscles and fields did halfway through the clip, where the elbow bends most.

@@ -47,7 +47,8 @@ impl Failure {
     }
 }
 
-fn one_line(text: &str) -> String {
+/// Text with every run of blanks and line ends as one blank.
+pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

@@ -92,7 +92,7 @@ mod on_device {
         }
         drop(progress);
         compared.pass = compared.stages.iter().all(|stage| stage.pass);
-        print::result(args.json, &compared, table)?;
+        print::noted(args.json, &compared, &scene.notes, table)?;
         if compared.pass {
             return Ok(());
         }

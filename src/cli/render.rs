@@ -98,7 +98,7 @@ mod on_device {
             device: film.describe(),
             seconds: began.elapsed().as_secs_f64(),
         };
-        print::result(args.json, &rendered, |r| {
+        print::noted(args.json, &rendered, &scene.notes, |r| {
             let sheet = r.sheet.as_ref().map_or(String::new(), |s| format!(" and {}", s.display()));
             let (folder, width, height) = (r.output.display(), r.width, r.height);
             format!(
