@@ -33,12 +33,13 @@ struct Baked {
 pub fn run(args: &args::Bake) -> Result<(), Failure> {
     load::threads(args.compute.threads)?;
     let format = Format::of(&args.output)?;
-    let (scene, muscles) = load::input(&args.input)?;
+    let (mut scene, muscles) = load::input(&args.input)?;
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
     // Both are opened before the long work, so that a missing adapter or an output that cannot be written is known at once.
     let machine = Machine::open(&args.compute.device)?;
     let mut sink = Sink::open(&args.output, format, &scene.character, &frames)?;
     let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+    load::note_idle_muscles(&mut scene, &muscles, options.skinning == Skinning::Implicit);
     let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();

@@ -43,6 +43,13 @@ pub fn rig(input: &Input, scene: &Scene, muscles: &[MuscleSpec], fields: bool) -
     })
 }
 
+/// Notes muscles that nothing will come of, because the rig has no `fields` for them to act on.
+pub fn note_idle_muscles(scene: &mut Scene, muscles: &[MuscleSpec], fields: bool) {
+    if !fields && !muscles.is_empty() {
+        scene.notes.push("--muscles moves no skin without --skinning implicit".into());
+    }
+}
+
 /// How many vertices the fields can move under a skinning; none where it uses no fields.
 pub fn active(rig: &Rig, skinning: Skinning) -> Option<usize> {
     (skinning == Skinning::Implicit).then(|| rig.active_count())

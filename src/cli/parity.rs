@@ -52,11 +52,12 @@ mod on_device {
             ));
         }
         load::threads(args.compute.threads)?;
-        let (scene, muscles) = load::input(&args.input)?;
+        let (mut scene, muscles) = load::input(&args.input)?;
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
         let headless = device::open(&args.compute.device)?;
+        load::note_idle_muscles(&mut scene, &muscles, options.skinning == Skinning::Implicit);
         let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
         let mut device = OnDevice::new(headless, &rig, &options)?;
         let reference = Reference::new(&rig);

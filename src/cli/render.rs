@@ -55,7 +55,7 @@ mod on_device {
 
     pub fn run(args: &args::Render) -> Result<(), Failure> {
         load::threads(args.compute.threads)?;
-        let (scene, muscles) = load::input(&args.input)?;
+        let (mut scene, muscles) = load::input(&args.input)?;
         let view = View::from(args.view);
         if view != View::Skin && muscles.is_empty() {
             return Err(Failure::Usage(
@@ -69,6 +69,7 @@ mod on_device {
         let fields = options.skinning == Skinning::Implicit || view != View::Skin;
         // Before the long work of fitting, so that a missing adapter is known at once.
         let headless = device::open(&args.compute.device)?;
+        load::note_idle_muscles(&mut scene, &muscles, fields);
         let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields)?);
         let set = Set {
             scene: &scene,
