@@ -23,25 +23,26 @@ software_driver() {
 }
 
 # Installs Mesa's software Vulkan where that is allowed, else says what to run. Fails if there is none afterwards.
+# $1: why it is needed.
 install_software_driver() {
-    local packages="mesa-vulkan-drivers libvulkan1" as_root=""
+    local why="$1" packages="mesa-vulkan-drivers libvulkan1" as_root=""
     if command -v apt-get >/dev/null 2>&1; then
         if [ "$(id -u)" != 0 ]; then
             if command -v sudo >/dev/null 2>&1 && sudo -n true 2>/dev/null; then
                 as_root="sudo -n"
             else
-                echo "error: no Vulkan adapter, and this user may not install one; run: sudo apt-get install $packages" >&2
+                echo "error: $why, and this user may not install it; run: sudo apt-get install $packages" >&2
                 return 1
             fi
         fi
-        echo "no Vulkan adapter: installing $packages" >&2
+        echo "$why: installing $packages" >&2
         local install="$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $packages"
         if ! $install >&2; then
             $as_root apt-get update -q >&2 && $install >&2 || true
         fi
     fi
     if [ -z "$(software_driver)" ]; then
-        echo "error: no Vulkan adapter; install a graphics driver with Vulkan, or Mesa's software one (Debian, Ubuntu: $packages)" >&2
+        echo "error: $why; install Mesa's software Vulkan driver (Debian, Ubuntu: $packages)" >&2
         return 1
     fi
 }

@@ -60,6 +60,8 @@ fn the_arm_taken_apart_is_still_good() {
     bake.args(["bake", "--device", "cpu", "--skinning", "linear", "--frames", "0"]).arg(&input).arg("-o").arg(&out);
     super::printed(&bake.output().expect("runs"));
     assert!(out.is_file());
+    let found: Value = serde_json::from_slice(&bake.arg("--json").output().expect("runs").stdout).expect("JSON");
+    assert_eq!((&found["frames"], &found["notes"]), (&json!(1), &json!([])));
 }
 
 #[test]
@@ -145,7 +147,7 @@ fn muscle_files_name_line_and_bone() {
     refused("[[muscle]", &["m.toml:1:"]);
     let stranger = "[[muscle]]\nname = \"a\"\nbone = \"tail\"\nwidth = 0.02\n\
                     origin = { bone = \"tail\", offset = [0, 0, 0] }\ninsertion = { bone = \"tail\", offset = [0, 1, 0] }\n";
-    refused(stranger, &["muscle `a`", "tail"]);
+    refused(stranger, &["m.toml: muscle `a`", "tail"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What the verbs write and print.
 
-use super::{asset, names, printed, sinew, skip_gpu};
+use super::{asset, names, printed, refusal, sinew, skip_gpu};
 use std::fs;
 
 fn arm_with_muscles(verb: &[&str]) -> assert_cmd::Command {
@@ -140,4 +140,34 @@ fn parity_of_the_arm_is_in_tolerance() {
     assert_eq!(named, ["skinned", "muscles", "tracked", "output positions", "output normals"]);
     assert!(stages.iter().all(|s| s["pass"] == true), "{found}");
     assert_eq!(found["frames"].as_array().map(Vec::len), Some(6));
+}
+
+#[test]
+fn muscles_are_drawn_under_any_skinning_and_asked_for_where_missing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let draw = |name: &str, extra: &[&str]| {
+        let out = folder.path().join(name);
+        let mut command = sinew();
+        command.args(["render", "--size", "96x128", "--frames", "30"]).arg(asset("arm.glb")).args(extra);
+        (command.arg("-o").arg(&out).output().expect("runs"), out.join("frame_0030.png"))
+    };
+    let muscles = asset("arm.muscles.toml");
+    let muscles = muscles.to_str().expect("a plain path");
+    for view in ["xray", "muscles"] {
+        let (output, _) = draw("none", &["--view", view]);
+        assert!(refusal(&output, 2).contains("needs --muscles"));
+        assert!(names(folder.path()).is_empty());
+    }
+    if skip_gpu() {
+        return;
+    }
+    let picture = |name: &str, skinning: &str, view: &str| {
+        let (output, path) = draw(name, &["--muscles", muscles, "--view", view, "--skinning", skinning]);
+        printed(&output);
+        image::open(path).expect("a picture").into_rgba8()
+    };
+    let skin = picture("skin", "linear", "skin");
+    for view in ["xray", "muscles"] {
+        assert!(picture(view, "linear", view) != skin, "{view} draws no muscles");
+    }
 }

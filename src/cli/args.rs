@@ -52,7 +52,7 @@ pub struct Compute {
     #[arg(long, value_name = "auto|cpu|NAME", default_value = "auto")]
     pub device: Device,
     /// Threads of the CPU reference and of the field fits [default: all cores]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<NonZeroUsize>,
 }
 
@@ -113,7 +113,7 @@ pub struct Inspect {
     #[command(flatten)]
     pub input: Input,
     /// Threads of the field fits [default: all cores]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<NonZeroUsize>,
     /// Print the result as JSON
     #[arg(long)]
@@ -293,6 +293,10 @@ impl FromStr for Size {
             .and_then(|(w, h)| Some(Size { width: pixels(w)?, height: pixels(h)? }))
             .ok_or_else(|| "give WIDTHxHEIGHT, each 1 to 16384".into())
     }
+}
+
+fn parse_threads(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse::<NonZeroUsize>().ok().filter(|n| n.get() <= 1024).ok_or_else(|| "give 1 to 1024".into())
 }
 
 fn parse_fps(text: &str) -> Result<f32, String> {

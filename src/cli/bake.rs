@@ -12,7 +12,7 @@ use sinew::error::OutputError;
 use sinew::io::atomic::FileSet;
 use sinew::io::{obj, pc2};
 use sinew::rig::Character;
-use sinew::schedule::FrameOptions;
+use sinew::schedule::{FrameOptions, Skinning};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,6 +24,8 @@ struct Baked {
     motion: String,
     frames: u32,
     vertices: usize,
+    /// Vertices that fields can move; absent without implicit skinning.
+    active_vertices: Option<usize>,
     device: String,
     seconds: f64,
 }
@@ -31,13 +33,14 @@ struct Baked {
 pub fn run(args: &args::Bake) -> Result<(), Failure> {
     load::threads(args.compute.threads)?;
     let format = Format::of(&args.output)?;
-    let (scene, muscles) = load::input(&args.input)?;
+    let (mut scene, muscles) = load::input(&args.input)?;
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
     // Both are opened before the long work, so that a missing adapter or an output that cannot be written is known at once.
     let machine = Machine::open(&args.compute.device)?;
     let mut sink = Sink::open(&args.output, format, &scene.character, &frames)?;
     let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
-    let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
+    load::note_idle_muscles(&mut scene, &muscles, options.skinning == Skinning::Implicit);
+    let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
     play(&scene, &frames, &mut deformer, &options, &mut sink)?;
@@ -48,18 +51,20 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
         motion: frames.describe(&scene),
         frames: frames.count(),
         vertices: scene.character.vertex_count(),
+        active_vertices: load::active(&rig, options.skinning),
         device: deformer.describe(),
         seconds: began.elapsed().as_secs_f64(),
     };
-    print::result(args.json, &baked, |b| {
+    print::noted(args.json, &baked, &scene.notes, |b| {
         format!(
-            "{}: {} of {} vertices, {}\ndeformed on {} in {:.2} s",
+            "{}: {} of {} vertices, {}\ndeformed on {} in {:.2} s{}",
             b.output.display(),
             b.format,
             b.vertices,
             b.motion,
             b.device,
-            b.seconds
+            b.seconds,
+            load::inactive_text(b.active_vertices)
         )
     })
 }
@@ -76,11 +81,11 @@ fn play(
         let skin = deformer.frame(&frames.pose(scene, number), options)?;
         match sink {
             Sink::Pc2(writer) => writer.frame(&skin.positions).map_err(Failure::input)?,
-            Sink::Obj { set, folder, stem } => {
-                let path = folder.join(format!("{stem}_{number:04}.obj"));
-                obj::write_frame(&path, number, &scene.character, &skin.positions, &skin.normals)
-                    .map_err(Failure::input)?;
-                set.wrote(&path);
+            Sink::Obj { set, stem } => {
+                set.write(&format!("{stem}_{number:04}.obj"), |path| {
+                    obj::write_frame(path, number, &scene.character, &skin.positions, &skin.normals)
+                })
+                .map_err(Failure::input)?;
             }
         }
         progress.step();
@@ -120,7 +125,7 @@ impl Format {
 /// Where frames go. Dropped before it is finished, it leaves nothing.
 enum Sink {
     Pc2(pc2::Writer),
-    Obj { set: FileSet, folder: PathBuf, stem: String },
+    Obj { set: FileSet, stem: String },
 }
 
 impl Sink {
@@ -139,9 +144,7 @@ impl Sink {
                     } else {
                         (output.to_owned(), "frame".to_owned())
                     };
-                    let mut set = FileSet::new();
-                    set.folder(&folder)?;
-                    Ok(Sink::Obj { set, folder, stem })
+                    Ok(Sink::Obj { set: FileSet::open(&folder)?, stem })
                 }
             }
         };
@@ -152,7 +155,7 @@ impl Sink {
         match self {
             Sink::Pc2(writer) => writer.finish().map_err(Failure::input),
             Sink::Obj { set, .. } => {
-                set.keep();
+                set.keep().map_err(Failure::input)?;
                 Ok(())
             }
         }

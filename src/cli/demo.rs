@@ -14,7 +14,7 @@ pub use on_device::run;
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{FrameRange, Motion};
+    use crate::args::{FrameRange, Input, Motion};
     use crate::load::{self, Frames};
     use crate::print;
     use crate::render::{Set, Shoot, film, sheet_of, shoot, write};
@@ -31,6 +31,7 @@ mod on_device {
 
     const ARM: &[u8] = include_bytes!("../../assets/arm.glb");
     const MUSCLES: &str = include_str!("../../assets/arm.muscles.toml");
+    const SHEET_NAME: &str = "xray.png";
     /// Frames on the sheet: as many skins as x-rays, from the stretched arm to the bent one.
     const SHOWN: u32 = 4;
     /// From the inner side, where the biceps shows.
@@ -63,16 +64,15 @@ mod on_device {
     pub fn run(args: &args::Demo) -> Result<(), Failure> {
         load::threads(args.compute.threads)?;
         let headless = crate::device::open(&args.compute.device)?;
-        let mut files = FileSet::new();
-        files.folder(&args.output).map_err(Failure::input)?;
-        let file = Path::new("arm.glb");
+        let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
+        let input = Input { file: "arm.glb".into(), muscles: Some("arm.muscles.toml".into()) };
         let scene = gltf::from_bytes(ARM, "arm").map_err(Failure::input)?;
         let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
         let motion = Motion { clip: Some("curl".into()), frames: None, fps: 30.0 };
-        let frames = Frames::choose(file, &scene, &motion)?;
+        let frames = Frames::choose(&input.file, &scene, &motion)?;
         let options = FrameOptions::default();
         let began = Instant::now();
-        let rig = Arc::new(load::rig(file, &scene, &muscles, options.skinning)?);
+        let rig = Arc::new(load::rig(&input, &scene, &muscles, true)?);
         let set = Set {
             scene: &scene,
             rig: &rig,
@@ -82,18 +82,17 @@ mod on_device {
             size: Some(args.size),
         };
         let mut film = film(headless, &args.compute.device, &set)?;
-        let all: Vec<u32> = frames.numbers().collect();
-        let skin = Shoot { frames: &all, view: View::Skin, files: Some(&args.output) };
-        shoot(&mut film, &scene, &frames, &skin, &mut files)?;
+        let skin = Shoot { frames: frames.numbers(), view: View::Skin, files: Some(&mut files) };
+        shoot(&mut film, &scene, &frames, skin)?;
         let bend = Frames { range: FrameRange { first: 0, last: frames.range.last / 2 }, ..frames };
         let mut shown = Vec::new();
         for view in [View::Skin, View::Xray] {
-            let few = Shoot { frames: &bend.spread(SHOWN), view, files: None };
-            shown.extend(shoot(&mut film, &scene, &frames, &few, &mut files)?);
+            let few = Shoot { frames: bend.spread(SHOWN).into_iter(), view, files: None };
+            shown.extend(shoot(&mut film, &scene, &frames, few)?);
         }
-        let sheet = args.output.join("xray.png");
-        write(&sheet, &sheet_of(&shown), &mut files)?;
-        files.keep();
+        let sheet = args.output.join(SHEET_NAME);
+        write(SHEET_NAME, &sheet_of(&shown), &mut files)?;
+        files.keep().map_err(Failure::input)?;
         let (muscles, moved) = at_the_bend(&rig, &scene, &frames)?;
         let played = Played {
             output: args.output.clone(),
@@ -106,7 +105,7 @@ mod on_device {
             muscles,
             moved_millimetres: moved * 1000.0,
         };
-        print::result(args.json, &played, text)
+        print::noted(args.json, &played, &scene.notes, text)
     }
 
     /// What muscles and fields did halfway through the clip, where the elbow bends most.

@@ -10,6 +10,9 @@ pub enum Failure {
     /// Something was compared and found wanting; the result has been printed. Exit code 1.
     #[cfg(feature = "gpu")]
     Findings(String),
+    /// Flags that do not go together. Exit code 2.
+    #[cfg(feature = "gpu")]
+    Usage(String),
     /// A file, a clip, a frame range or an output is wrong. Exit code 3.
     Input(String),
     /// There is no adapter, or it cannot do what is needed. Exit code 4.
@@ -33,6 +36,8 @@ impl Failure {
         let (code, text) = match self {
             #[cfg(feature = "gpu")]
             Failure::Findings(text) => (1, text),
+            #[cfg(feature = "gpu")]
+            Failure::Usage(text) => (2, text),
             Failure::Input(text) => (3, text),
             Failure::Device(text) => (4, text),
         };
@@ -42,7 +47,8 @@ impl Failure {
     }
 }
 
-fn one_line(text: &str) -> String {
+/// Text with every run of blanks and line ends as one blank.
+pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

@@ -6,7 +6,6 @@ use crate::{load, print};
 use serde::Serialize;
 use sinew::clip::Scene;
 use sinew::rig::Rig;
-use sinew::schedule::Skinning;
 use std::fmt::Write;
 
 #[derive(Serialize)]
@@ -76,7 +75,7 @@ struct Material {
 pub fn run(args: &args::Inspect) -> Result<(), Failure> {
     load::threads(args.threads)?;
     let (scene, muscles) = load::input(&args.input)?;
-    let rig = load::rig(&args.input.file, &scene, &muscles, Skinning::Implicit)?;
+    let rig = load::rig(&args.input, &scene, &muscles, true)?;
     print::result(args.json, &inspect(&scene, &rig), text)
 }
 

@@ -4,15 +4,21 @@ use crate::args::{FrameRange, Input, Motion};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use sinew::clip::{ClipChoice, Scene};
+use sinew::error::RigError;
 use sinew::rig::{BuildOptions, MuscleSpec, Pose, Rig, muscle_file};
 use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// Limits the worker threads; 0 or more cores than asked for stay idle.
+/// Most threads per core: more of them only take memory.
+const THREADS_PER_CORE: usize = 4;
+
+/// Sets the number of worker threads, within what the machine's cores can use.
 pub fn threads(count: Option<NonZeroUsize>) -> Result<(), Failure> {
     let Some(count) = count else { return Ok(()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count.get()).build_global();
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let used = count.get().min(cores * THREADS_PER_CORE);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(used).build_global();
     pool.map_err(|error| Failure::Input(format!("--threads {count}: {error}; give a smaller number")))
 }
 
@@ -23,13 +29,42 @@ pub fn input(input: &Input) -> Result<(Scene, Vec<MuscleSpec>), Failure> {
     Ok((scene, muscles.unwrap_or_default()))
 }
 
-/// Builds the rig; `file` is for messages. Fields are fitted only where the skinning needs them.
-pub fn rig(file: &Path, scene: &Scene, muscles: &[MuscleSpec], skinning: Skinning) -> Result<Rig, Failure> {
-    let _progress = Progress::unknown("fitting fields");
-    let options = BuildOptions { fields: skinning == Skinning::Implicit, ..BuildOptions::default() };
-    Rig::build(scene.character.clone(), muscles, &options)
-        .map_err(|error| Failure::Input(format!("{}: {error}", file.display())))
+/// Builds the rig; the paths of `input` are for messages. Without `fields`, which are what takes long, only geometric
+/// skinning is to be had and muscles have no shape.
+pub fn rig(input: &Input, scene: &Scene, muscles: &[MuscleSpec], fields: bool) -> Result<Rig, Failure> {
+    let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
+    let options = BuildOptions { fields, ..BuildOptions::default() };
+    Rig::build(scene.character.clone(), muscles, &options).map_err(|error| {
+        let file = match &error {
+            RigError::Muscle(_) => input.muscles.as_ref().unwrap_or(&input.file),
+            _ => &input.file,
+        };
+        Failure::Input(format!("{}: {error}", file.display()))
+    })
 }
+
+/// Notes muscles that nothing will come of, because the rig has no `fields` for them to act on.
+pub fn note_idle_muscles(scene: &mut Scene, muscles: &[MuscleSpec], fields: bool) {
+    if !fields && !muscles.is_empty() {
+        scene.notes.push("--muscles moves no skin without --skinning implicit".into());
+    }
+}
+
+/// How many vertices the fields can move under a skinning; none where it uses no fields.
+pub fn active(rig: &Rig, skinning: Skinning) -> Option<usize> {
+    (skinning == Skinning::Implicit).then(|| rig.active_count())
+}
+
+/// What a result says of [`active`], where there is something to say.
+pub fn inactive_text(active: Option<usize>) -> &'static str {
+    match active {
+        Some(0) => "\n0 vertices follow fields: the skin is the same as with --skinning linear",
+        _ => "",
+    }
+}
+
+/// Most frames of one run: above it a clip's end is a mistake rather than a wish.
+const MOST_FRAMES: u32 = 1_000_000;
 
 /// Frames of one clip: frame `k` is at `k / fps` seconds after its start.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +93,15 @@ impl Frames {
                 motion.fps
             )));
         }
+        // A clip of 2^32 frames or more ends at the largest number, so one is added with care.
+        if range.last - range.first >= MOST_FRAMES {
+            return Err(named(&format!(
+                "{} has {} frames at {} fps, more than {MOST_FRAMES}; give fewer with --frames A..B",
+                clip_name(scene, clip),
+                u64::from(range.last - range.first) + 1,
+                motion.fps
+            )));
+        }
         Ok(Frames { clip, fps: motion.fps, range })
     }
 
@@ -67,8 +111,9 @@ impl Frames {
     }
 
     /// All frame numbers, ascending.
-    pub fn numbers(&self) -> impl Iterator<Item = u32> + use<> {
-        self.range.first..=self.range.last
+    pub fn numbers(&self) -> impl ExactSizeIterator<Item = u32> + use<> {
+        let first = self.range.first;
+        (0..self.count()).map(move |i| first + i)
     }
 
     /// At most `most` frame numbers, evenly spread from the first to the last.
@@ -103,14 +148,33 @@ pub fn clip_name(scene: &Scene, clip: ClipChoice) -> String {
     }
 }
 
-#[cfg(all(test, feature = "gpu"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_clip_without_end_is_refused_and_a_part_of_it_is_not() {
+        let mut scene = sinew::io::gltf::from_bytes(include_bytes!("../../assets/arm.glb"), "arm").expect("the arm");
+        scene.clips[0].end = 1.4e8;
+        let choose = |frames| {
+            let motion = Motion { clip: None, frames, fps: 30.0 };
+            Frames::choose(Path::new("arm.glb"), &scene, &motion)
+        };
+        for frames in [None, Some(FrameRange { first: 0, last: MOST_FRAMES })] {
+            let Err(Failure::Input(line)) = choose(frames) else { panic!("not refused") };
+            assert!(line.contains("arm.glb") && line.contains("curl") && line.contains("--frames A..B"), "{line}");
+        }
+        let late = FrameRange { first: 2_000_000_000, last: 2_000_999_999 };
+        let frames = choose(Some(late)).expect("a million frames");
+        assert_eq!((frames.count(), frames.numbers().last()), (MOST_FRAMES, Some(late.last)));
+    }
+
+    #[cfg(feature = "gpu")]
     fn frames(first: u32, last: u32) -> Frames {
         Frames { clip: ClipChoice::Rest, fps: 30.0, range: FrameRange { first, last } }
     }
 
+    #[cfg(feature = "gpu")]
     #[test]
     fn frames_spread_from_end_to_end() {
         assert_eq!(frames(0, 9).spread(10), (0..10).collect::<Vec<_>>());

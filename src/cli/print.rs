@@ -1,6 +1,6 @@
 //! Standard output.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, one_line};
 use serde::Serialize;
 use std::io::{self, ErrorKind, Write};
 
@@ -21,4 +21,28 @@ pub fn result<R: Serialize>(json: bool, result: &R, text: impl FnOnce(&R) -> Str
     } else {
         line(text(result).trim_end())
     }
+}
+
+#[derive(Serialize)]
+struct Noted<'a, R> {
+    #[serde(flatten)]
+    result: &'a R,
+    notes: &'a [String],
+}
+
+/// As [`result`], with what was odd but accepted: a field `notes` in JSON, else lines on standard error.
+pub fn noted<R: Serialize>(
+    json: bool,
+    result: &R,
+    notes: &[String],
+    text: impl FnOnce(&R) -> String,
+) -> Result<(), Failure> {
+    if !json {
+        let mut errors = io::stderr().lock();
+        for note in notes {
+            // Where standard error is closed there is nobody left to tell.
+            let _ = writeln!(errors, "note: {}", one_line(note));
+        }
+    }
+    self::result(json, &Noted { result, notes }, |noted| text(noted.result))
 }

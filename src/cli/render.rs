@@ -28,13 +28,14 @@ mod on_device {
     use sinew::io::png;
     use sinew::render::{Camera, Direction, Picture, View, contact_sheet, vertex_buffer};
     use sinew::rig::{Pose, Rig};
-    use sinew::schedule::FrameOptions;
-    use std::path::{Path, PathBuf};
+    use sinew::schedule::{FrameOptions, Skinning};
+    use std::path::PathBuf;
     use std::sync::Arc;
     use std::time::Instant;
 
     /// Most pictures on a contact sheet, most side by side, and their largest height in pixels.
     const SHEET: u32 = 12;
+    const SHEET_NAME: &str = "sheet.png";
     const COLUMNS: u32 = 4;
     const CELL: u32 = 480;
 
@@ -45,6 +46,8 @@ mod on_device {
         frames: u32,
         width: u32,
         height: u32,
+        /// Vertices that fields can move; absent without implicit skinning.
+        active_vertices: Option<usize>,
         sheet: Option<PathBuf>,
         device: String,
         seconds: f64,
@@ -52,14 +55,22 @@ mod on_device {
 
     pub fn run(args: &args::Render) -> Result<(), Failure> {
         load::threads(args.compute.threads)?;
-        let (scene, muscles) = load::input(&args.input)?;
+        let (mut scene, muscles) = load::input(&args.input)?;
+        let view = View::from(args.view);
+        if view != View::Skin && muscles.is_empty() {
+            return Err(Failure::Usage(
+                "--view xray and --view muscles draw muscles: needs --muscles with a file that has some".into(),
+            ));
+        }
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
-        let mut files = FileSet::new();
-        files.folder(&args.output).map_err(Failure::input)?;
+        let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
         let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+        // Muscles take their shape in the space of their fields, whichever skinning is drawn over them.
+        let fields = options.skinning == Skinning::Implicit || view != View::Skin;
         // Before the long work of fitting, so that a missing adapter is known at once.
         let headless = device::open(&args.compute.device)?;
-        let rig = Arc::new(load::rig(&args.input.file, &scene, &muscles, options.skinning)?);
+        load::note_idle_muscles(&mut scene, &muscles, fields);
+        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields)?);
         let set = Set {
             scene: &scene,
             rig: &rig,
@@ -70,30 +81,34 @@ mod on_device {
         };
         let mut film = film(headless, &args.compute.device, &set)?;
         let began = Instant::now();
-        let shoot =
-            Shoot { frames: &frames.numbers().collect::<Vec<_>>(), view: args.view.into(), files: Some(&args.output) };
-        let kept = self::shoot(&mut film, &scene, &frames, &shoot, &mut files)?;
-        let sheet = args.sheet.then(|| args.output.join("sheet.png"));
-        if let Some(path) = &sheet {
-            write(path, &sheet_of(&kept), &mut files)?;
+        let shoot = Shoot { frames: frames.numbers(), view, files: Some(&mut files) };
+        let kept = self::shoot(&mut film, &scene, &frames, shoot)?;
+        let sheet = args.sheet.then(|| args.output.join(SHEET_NAME));
+        if sheet.is_some() {
+            write(SHEET_NAME, &sheet_of(&kept), &mut files)?;
         }
-        files.keep();
+        files.keep().map_err(Failure::input)?;
         let rendered = Rendered {
             output: args.output.clone(),
             motion: frames.describe(&scene),
             frames: frames.count(),
             width: film.size.width,
             height: film.size.height,
+            active_vertices: load::active(&rig, options.skinning),
             sheet,
             device: film.describe(),
             seconds: began.elapsed().as_secs_f64(),
         };
-        print::result(args.json, &rendered, |r| {
+        print::noted(args.json, &rendered, &scene.notes, |r| {
             let sheet = r.sheet.as_ref().map_or(String::new(), |s| format!(" and {}", s.display()));
             let (folder, width, height) = (r.output.display(), r.width, r.height);
             format!(
-                "{folder}/frame_*.png{sheet}: {} pictures of {width} x {height}, {}\ndrawn on {} in {:.2} s",
-                r.frames, r.motion, r.device, r.seconds
+                "{folder}/frame_*.png{sheet}: {} pictures of {width} x {height}, {}\ndrawn on {} in {:.2} s{}",
+                r.frames,
+                r.motion,
+                r.device,
+                r.seconds,
+                load::inactive_text(r.active_vertices)
             )
         })
     }
@@ -196,13 +211,13 @@ mod on_device {
     }
 
     /// Which frames to draw, how, and into which folder if any.
-    pub struct Shoot<'a> {
+    pub struct Shoot<'a, I> {
         /// Frame numbers, ascending.
-        pub frames: &'a [u32],
+        pub frames: I,
         /// What is drawn.
         pub view: View,
-        /// Folder for `frame_0000.png` and so on.
-        pub files: Option<&'a Path>,
+        /// Takes `frame_0000.png` and so on.
+        pub files: Option<&'a mut FileSet>,
     }
 
     /// Draws frames, writes them, and keeps evenly chosen small ones for a contact sheet.
@@ -210,16 +225,15 @@ mod on_device {
         film: &mut Film,
         scene: &Scene,
         frames: &Frames,
-        shoot: &Shoot,
-        files: &mut FileSet,
+        mut shoot: Shoot<impl ExactSizeIterator<Item = u32>>,
     ) -> Result<Vec<(u32, Picture)>, Failure> {
         let progress = Progress::steps("drawing", shoot.frames.len() as u64);
         let chosen = chosen(shoot.frames.len());
         let mut kept = Vec::new();
-        for (i, &number) in shoot.frames.iter().enumerate() {
+        for (i, number) in shoot.frames.enumerate() {
             let picture = film.picture(&frames.pose(scene, number), shoot.view)?;
-            if let Some(folder) = shoot.files {
-                write(&folder.join(format!("frame_{number:04}.png")), &picture, files)?;
+            if let Some(files) = &mut shoot.files {
+                write(&format!("frame_{number:04}.png"), &picture, files)?;
             }
             if chosen.contains(&i) {
                 kept.push((number, picture.reduced(picture.height.div_ceil(CELL))));
@@ -241,11 +255,9 @@ mod on_device {
         contact_sheet(&pictures, &numbers, COLUMNS)
     }
 
-    /// Writes a picture and notes it.
-    pub fn write(path: &Path, picture: &Picture, files: &mut FileSet) -> Result<(), Failure> {
-        png::write(path, picture.width, picture.height, &picture.rgba).map_err(Failure::input)?;
-        files.wrote(path);
-        Ok(())
+    /// Writes a picture as a file of a set.
+    pub fn write(name: &str, picture: &Picture, files: &mut FileSet) -> Result<(), Failure> {
+        files.write(name, |path| png::write(path, picture.width, picture.height, &picture.rgba)).map_err(Failure::input)
     }
 
     #[cfg(test)]

@@ -59,12 +59,12 @@ pub enum FieldError {
         /// Largest value allowed.
         most: u32,
     },
-    /// The grids together pass what a 32-bit node index can address.
-    #[error("the field grids need {nodes} nodes, at most {most} can be addressed; lower the grid resolution")]
+    /// The grids together could need more memory than fields may take.
+    #[error("the field grids may need {nodes} nodes, at most {most} are allowed; lower the grid resolution")]
     TooManyNodes {
-        /// Nodes of all groups.
+        /// Nodes of all groups, if every grid were a cube.
         nodes: u64,
-        /// Most nodes that can be addressed.
+        /// Most nodes that are allowed.
         most: u64,
     },
 }

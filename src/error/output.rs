@@ -84,3 +84,21 @@ pub enum OutputError {
         detail: String,
     },
 }
+
+impl OutputError {
+    /// The same error about another path: for a file that is written elsewhere before it gets its name.
+    pub(crate) fn at(mut self, named: PathBuf) -> OutputError {
+        match &mut self {
+            OutputError::Create { path, .. }
+            | OutputError::IsFolder { path }
+            | OutputError::NotAFolder { path }
+            | OutputError::Write { path, .. }
+            | OutputError::PointCount { path, .. }
+            | OutputError::FrameCount { path, .. }
+            | OutputError::TooLarge { path, .. }
+            | OutputError::NotFinite { path, .. }
+            | OutputError::Encode { path, .. } => *path = named,
+        }
+        self
+    }
+}

@@ -4,7 +4,7 @@ use crate::error::OutputError;
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempDir};
 
 /// A file that stands under its name only after [`WholeFile::finish`].
 ///
@@ -77,24 +77,33 @@ impl Write for WholeFile {
     }
 }
 
-/// The files of one run: removed again, with the folders made for them, unless [`FileSet::keep`] is reached.
-#[derive(Debug, Default)]
+/// The files of one run in one folder: all of them get their names with [`FileSet::keep`], or none does.
+///
+/// Until then they are in a hidden folder inside, so that a run that fails takes nothing away from an earlier one whose
+/// files have the same names. Dropped, it removes the hidden folder and the folders that it made.
+#[derive(Debug)]
 pub struct FileSet {
-    files: Vec<PathBuf>,
-    folders: Vec<PathBuf>,
+    folder: PathBuf,
+    names: Vec<String>,
+    staging: Option<TempDir>,
+    made: Vec<PathBuf>,
 }
 
 impl FileSet {
-    /// A run that has written nothing yet.
-    pub fn new() -> FileSet {
-        FileSet::default()
-    }
-
-    /// Makes `folder` and its parents where they are missing.
+    /// Opens a run, and makes `folder` and its parents where they are missing. An empty path is the current folder.
     ///
     /// # Errors
     /// [`OutputError::NotAFolder`] where a file has that name, [`OutputError::Create`] where the system refuses.
-    pub fn folder(&mut self, folder: &Path) -> Result<(), OutputError> {
+    pub fn open(folder: &Path) -> Result<FileSet, OutputError> {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let mut set = FileSet { folder: folder.to_owned(), names: Vec::new(), staging: None, made: Vec::new() };
+        set.make(folder)?;
+        let staging = tempfile::Builder::new().prefix(".sinew-").suffix(".tmp").tempdir_in(folder);
+        set.staging = Some(staging.map_err(|source| OutputError::Create { path: folder.to_owned(), source })?);
+        Ok(set)
+    }
+
+    fn make(&mut self, folder: &Path) -> Result<(), OutputError> {
         if folder.is_dir() || folder.as_os_str().is_empty() {
             return Ok(());
         }
@@ -102,37 +111,63 @@ impl FileSet {
             return Err(OutputError::NotAFolder { path: folder.to_owned() });
         }
         if let Some(parent) = folder.parent() {
-            self.folder(parent)?;
+            self.make(parent)?;
         }
         fs::create_dir(folder).map_err(|source| OutputError::Create { path: folder.to_owned(), source })?;
-        self.folders.push(folder.to_owned());
+        self.made.push(folder.to_owned());
         Ok(())
     }
 
-    /// Notes a whole file that this run has written.
-    pub fn wrote(&mut self, path: &Path) {
-        self.files.push(path.to_owned());
+    /// Has `write` write the file that will be `name` in the folder, at a path that it is given.
+    ///
+    /// # Errors
+    /// [`OutputError::IsFolder`] where a folder has that name, else what `write` returns, with the file's own path.
+    pub fn write(
+        &mut self,
+        name: &str,
+        write: impl FnOnce(&Path) -> Result<(), OutputError>,
+    ) -> Result<(), OutputError> {
+        let path = self.folder.join(name);
+        if path.is_dir() {
+            return Err(OutputError::IsFolder { path });
+        }
+        let staged = self.staging.as_ref().map_or(path.clone(), |staging| staging.path().join(name));
+        write(&staged).map_err(|error| error.at(path))?;
+        self.names.push(name.to_owned());
+        Ok(())
     }
 
-    /// Files written so far.
-    pub fn files(&self) -> &[PathBuf] {
-        &self.files
-    }
-
-    /// Ends the run well: everything stays. Returns the files in the order of writing.
-    pub fn keep(mut self) -> Vec<PathBuf> {
-        self.folders.clear();
-        std::mem::take(&mut self.files)
+    /// Ends the run well: every file gets its name. Returns their paths in the order of writing.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] where a file cannot be given its name; new names are taken back then.
+    pub fn keep(mut self) -> Result<Vec<PathBuf>, OutputError> {
+        let Some(staging) = self.staging.take() else { return Ok(Vec::new()) };
+        let (mut paths, mut new) = (Vec::new(), Vec::new());
+        for name in &self.names {
+            let path = self.folder.join(name);
+            let known = path.exists();
+            if let Err(source) = fs::rename(staging.path().join(name), &path) {
+                // What cannot be removed is left: the error at hand is the one to report.
+                new.iter().for_each(|path| drop(fs::remove_file(path)));
+                drop(staging);
+                return Err(OutputError::Write { path, source });
+            }
+            if !known {
+                new.push(path.clone());
+            }
+            paths.push(path);
+        }
+        self.made.clear();
+        Ok(paths)
     }
 }
 
 impl Drop for FileSet {
     fn drop(&mut self) {
         // What cannot be removed is left: the error that brought us here is the one to report.
-        for file in &self.files {
-            let _ = fs::remove_file(file);
-        }
-        for folder in self.folders.iter().rev() {
+        self.staging = None;
+        for folder in self.made.iter().rev() {
             let _ = fs::remove_dir(folder);
         }
     }
@@ -188,32 +223,55 @@ mod tests {
     fn a_failed_set_is_removed_with_its_folders_and_a_kept_one_stays() {
         let root = tempfile::tempdir().unwrap();
         let folder = root.path().join("a/b");
-        let write = |set: &mut FileSet| {
-            set.folder(&folder).unwrap();
-            let path = folder.join("frame_0000.obj");
-            fs::write(&path, b"x").unwrap();
-            set.wrote(&path);
+        let write = |text: &str| {
+            let mut set = FileSet::open(&folder).unwrap();
+            set.write("frame_0000.obj", |path| {
+                fs::write(path, text).unwrap();
+                Ok(())
+            })
+            .unwrap();
+            set
         };
-        let mut failed = FileSet::new();
-        write(&mut failed);
-        drop(failed);
+        drop(write("x"));
         assert!(names(root.path()).is_empty());
-        let mut good = FileSet::new();
-        write(&mut good);
-        assert_eq!(good.keep().len(), 1);
+        assert_eq!(write("y").keep().unwrap(), [folder.join("frame_0000.obj")]);
         assert_eq!(names(&folder), ["frame_0000.obj"]);
+        assert_eq!(fs::read(folder.join("frame_0000.obj")).unwrap(), b"y");
     }
 
     #[test]
-    fn a_set_spares_files_it_did_not_write() {
+    fn a_failed_set_takes_nothing_from_an_earlier_one() {
+        let root = tempfile::tempdir().unwrap();
+        let run = |text: &str, last: &str| -> Result<Vec<PathBuf>, OutputError> {
+            let mut set = FileSet::open(root.path())?;
+            for name in ["0.obj", "1.obj", last] {
+                set.write(name, |path| {
+                    fs::write(path, text).unwrap();
+                    Ok(())
+                })?;
+            }
+            set.keep()
+        };
+        run("old", "2.obj").unwrap();
+        fs::create_dir(root.path().join("3.obj")).unwrap();
+        assert!(matches!(run("new", "3.obj"), Err(OutputError::IsFolder { path }) if path.ends_with("3.obj")));
+        assert_eq!(names(root.path()), ["0.obj", "1.obj", "2.obj", "3.obj"]);
+        assert_eq!(fs::read(root.path().join("0.obj")).unwrap(), b"old");
+        run("new", "2.obj").unwrap();
+        assert_eq!(fs::read(root.path().join("2.obj")).unwrap(), b"new");
+    }
+
+    #[test]
+    fn a_set_names_the_path_that_was_asked_for() {
         let root = tempfile::tempdir().unwrap();
         fs::write(root.path().join("theirs.txt"), b"x").unwrap();
-        let mut set = FileSet::new();
-        set.folder(root.path()).unwrap();
+        let error = FileSet::open(&root.path().join("theirs.txt")).unwrap_err();
+        assert!(matches!(error, OutputError::NotAFolder { .. }));
+        let mut set = FileSet::open(root.path()).unwrap();
+        let failed = |path: &Path| Err(OutputError::NotFinite { path: path.to_owned(), frame: 1, vertex: 2 });
+        let line = set.write("a.obj", failed).unwrap_err().to_string();
+        assert!(line.starts_with(&root.path().join("a.obj").display().to_string()), "{line}");
         drop(set);
         assert_eq!(names(root.path()), ["theirs.txt"]);
-        let mut set = FileSet::new();
-        let error = set.folder(&root.path().join("theirs.txt")).unwrap_err();
-        assert!(matches!(error, OutputError::NotAFolder { .. }));
     }
 }

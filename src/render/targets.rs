@@ -30,6 +30,9 @@ impl Targets {
             return Err(DeviceError::PictureSize { width, height, had });
         }
         headless.check_buffer_size("reading the picture", readback::picture_bytes(width, height))?;
+        // Colour and depth alike; what is resolved takes a quarter.
+        let bytes = u64::from(width) * u64::from(height) * u64::from(SAMPLES) * 4;
+        headless.check_buffer_size(&format!("drawing {width} x {height} pixels of {SAMPLES} samples"), bytes)?;
         let texture = |label, sample_count, format, usage| {
             headless.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),

@@ -26,6 +26,9 @@ const REJECTIONS: [(f64, bool); 4] = [(1.0, true), (0.5, true), (0.0, true), (0.
 /// Rejection is weakened where more than this share of the patch's area would be lost.
 const MOST_REJECTED: f64 = 0.8;
 
+/// Most nodes of all grids, counted as cubes: 4 GiB, sixteen groups at the finest resolution.
+const MOST_NODES: u64 = 1 << 28;
+
 /// How fields are built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FieldOptions {
@@ -86,7 +89,7 @@ pub struct Fields {
 /// Fits and caches the field of every group. The same input gives the same bytes.
 ///
 /// # Errors
-/// Refuses options out of range, groups whose samples cannot be interpolated, and grids beyond 32-bit indices.
+/// Refuses options out of range, groups whose samples cannot be interpolated, and grids that could pass 2^28 nodes.
 pub fn build_fields(character: &Character, groups: &FieldGroups, options: &FieldOptions) -> Result<Fields, FieldError> {
     let samples = options.samples.unwrap_or(SAMPLES[usize::from(groups.groups.len() > LIMB_GROUPS)]);
     let check = |option, given, least, most| match (least..=most).contains(&given) {
@@ -95,6 +98,11 @@ pub fn build_fields(character: &Character, groups: &FieldGroups, options: &Field
     };
     check("samples", samples, 8, 400)?;
     check("grid_resolution", options.grid_resolution, 8, 256)?;
+
+    let nodes = groups.groups.len() as u64 * u64::from(options.grid_resolution).pow(3);
+    if nodes > MOST_NODES {
+        return Err(FieldError::TooManyNodes { nodes, most: MOST_NODES });
+    }
 
     let shapes = Shape::of_groups(character, groups);
     // Collected before the first error is looked for, so that the same group is named every time.
@@ -110,11 +118,8 @@ pub fn build_fields(character: &Character, groups: &FieldGroups, options: &Field
         .collect();
     let built: Vec<(FilledGrid, FitReport)> = built.into_iter().collect::<Result<_, _>>()?;
 
-    let total: u64 = built.iter().map(|(filled, _)| filled.nodes.len() as u64).sum();
-    if total > u64::from(u32::MAX) {
-        return Err(FieldError::TooManyNodes { nodes: total, most: u64::from(u32::MAX) });
-    }
-    let mut fields = Fields { nodes: Vec::with_capacity(total as usize), ..Fields::default() };
+    let total: usize = built.iter().map(|(filled, _)| filled.nodes.len()).sum();
+    let mut fields = Fields { nodes: Vec::with_capacity(total), ..Fields::default() };
     for (filled, fit) in built {
         fields.grids.push(GroupGrid { offset: fields.nodes.len() as u32, ..filled.grid });
         fields.nodes.extend(filled.nodes);

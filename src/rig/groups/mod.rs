@@ -2,7 +2,8 @@
 //!
 //! Names come first (sixteen groups on a human body: pelvis with the lower spine, chest with clavicles, neck, head, and
 //! per side upper arm, forearm, hand, thigh, calf, foot); a joint of unknown name stands for itself. Groups with too
-//! little skin, and unknown bones too short to bend visibly, then merge into their parents.
+//! little skin, and unknown bones too short to bend visibly, then merge into their parents;
+//! where more than 64 are left, so do the smallest.
 
 mod fields;
 mod names;
@@ -54,10 +55,13 @@ impl FieldGroups {
         let mut merging = Merging::new(character, &keys);
         merging.settle();
 
-        let first_joint = |g: u32| merging.group_of_joint.iter().position(|&o| o == g);
         let mut live: Vec<u32> = (0..merging.keys.len() as u32).filter(|&g| merging.is_live(g)).collect();
-        live.sort_by_key(|&g| first_joint(g));
-        let renumber = |g: u32| live.iter().position(|&l| l == g).map_or(NONE, |k| k as u32);
+        live.sort_by_key(|&g| merging.first_joint(g));
+        let mut numbers = vec![NONE; merging.keys.len()];
+        for (k, &g) in (0..).zip(&live) {
+            numbers[g as usize] = k;
+        }
+        let renumber = |g: u32| numbers.get(g as usize).copied().unwrap_or(NONE);
         let owner: Vec<u32> = merging.owner.iter().map(|&o| renumber(o)).collect();
         let group_of_joint: Vec<u32> = merging.group_of_joint.iter().map(|&g| renumber(g)).collect();
         let areas = vertex_areas(character);

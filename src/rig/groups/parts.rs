@@ -75,7 +75,7 @@ fn below_control(character: &Character, readings: &[Reading], j: usize) -> bool 
 }
 
 /// Ancestors of a joint, nearest first.
-pub(super) fn ancestors(character: &Character, j: usize) -> impl Iterator<Item = usize> {
+fn ancestors(character: &Character, j: usize) -> impl Iterator<Item = usize> {
     let parent = |k: usize| character.joints[k].parent.map(|p| p as usize);
     std::iter::successors(parent(j), move |&k| parent(k))
 }
@@ -92,13 +92,18 @@ fn next_in_chain(above: Option<Key>, reading: &Reading, limb: [BodyPart; 3]) -> 
 
 /// `shoulder` is an upper arm where the next arm joint below it is a forearm, and a clavicle otherwise.
 fn shoulder(character: &Character, readings: &[Reading], j: usize) -> BodyPart {
-    let first_below = (j + 1..character.joints.len()).filter(|&k| ancestors(character, k).any(|a| a == j)).find_map(
-        |k| match readings[k].word {
-            Word::Part(BodyPart::UpperArm) | Word::Arm => Some(BodyPart::Chest),
-            Word::Part(BodyPart::Forearm) => Some(BodyPart::UpperArm),
-            _ => None,
-        },
-    );
+    // Parents precede their children: one pass marks what hangs below.
+    let mut below = vec![false; character.joints.len()];
+    below[j] = true;
+    let mut next = (j + 1..below.len()).filter(|&k| {
+        below[k] = character.joints[k].parent.is_some_and(|p| below[p as usize]);
+        below[k]
+    });
+    let first_below = next.find_map(|k| match readings[k].word {
+        Word::Part(BodyPart::UpperArm) | Word::Arm => Some(BodyPart::Chest),
+        Word::Part(BodyPart::Forearm) => Some(BodyPart::UpperArm),
+        _ => None,
+    });
     first_below.unwrap_or(BodyPart::Chest)
 }
 

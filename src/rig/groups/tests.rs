@@ -278,3 +278,56 @@ fn options_out_of_range_and_bad_normals_are_refused() {
     );
     assert!(error.to_string().starts_with("field group `upperarm_l` (132 vertices) cannot be fitted: "), "{error}");
 }
+
+/// A straight chain of tubes, 50 vertices a joint.
+fn chain(joints: u32, spacing: f32) -> Character {
+    let mut c = character(&[], 0.1, 0.1);
+    for k in 0..joints {
+        let at = Vec3::X * (spacing * k as f32);
+        let inverse_bind = Mat4::from_translation(-at);
+        c.joints.push(Joint { name: format!("b{k}"), parent: k.checked_sub(1), node: k, inverse_bind });
+        let base = c.positions_rest.len() as u32;
+        for v in 0..50 {
+            let (sin, cos) = ((v % 10) as f32 * std::f32::consts::TAU / 10.0).sin_cos();
+            let along = Vec3::X * (spacing * (v / 10) as f32 / 5.0);
+            c.positions_rest.push(at + along + Vec3::new(0.0, cos, sin) * 0.1);
+            c.normals_rest.push(Vec3::new(0.0, cos, sin));
+            c.influences.push(Influence { joint: k, weight: 1.0 });
+            c.influence_offsets.push(c.influences.len() as u32);
+            if v >= 10 {
+                c.triangles.extend([[base + v - 10, base + v - 9, base + v], [base + v - 9, base + v, base + v - 1]]);
+            }
+        }
+    }
+    c
+}
+
+#[test]
+fn long_chains_are_grouped_quickly() {
+    let c = chain(400, 0.1);
+    let start = std::time::Instant::now();
+    let groups = FieldGroups::detect(&c);
+    // Work in proportion to joints times vertices per merge would take the better part of a minute.
+    assert!(start.elapsed().as_secs_f32() < 2.0, "{:?}", start.elapsed());
+    // Bones of 4 % of the length and more: at most 25 groups, each a run of joints that hangs on the one before it.
+    assert!((8..=25).contains(&groups.groups.len()), "{}", groups.groups.len());
+    for (g, group) in groups.groups.iter().enumerate() {
+        assert_eq!(group.parent, (g as u32).checked_sub(1));
+        assert!(group.joints.windows(2).all(|pair| pair[1] == pair[0] + 1));
+    }
+    assert_eq!(groups.groups.iter().map(|g| g.joints.len()).sum::<usize>(), 400);
+    assert!((0..c.vertex_count()).all(|v| groups.owner[v] == groups.group_of_joint[v / 50]));
+}
+
+#[test]
+fn too_many_groups_and_nodes_are_bounded() {
+    // Roots of their own have no bone to be too short, and the smallest go to linear skinning.
+    let mut c = chain(100, 0.1);
+    c.joints.iter_mut().for_each(|j| j.parent = None);
+    let groups = FieldGroups::detect(&c);
+    assert_eq!(groups.groups.len(), structure::MOST_GROUPS);
+    let options = FieldOptions { grid_resolution: 256, ..FieldOptions::default() };
+    let error = build_fields(&c, &groups, &options).unwrap_err();
+    assert_eq!(error, FieldError::TooManyNodes { nodes: 64 << 24, most: 1 << 28 });
+    assert!(error.to_string().contains("1073741824 nodes, at most 268435456"), "{error}");
+}
