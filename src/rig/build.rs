@@ -98,6 +98,8 @@ impl Rig {
             .iter()
             .map(|spec| Ok((spec.name.clone(), muscle::resolve(spec, &character, &groups)?)))
             .collect::<Result<Vec<_>, RigError>>()?;
+        // Muscles live in their groups' fields: without fields they are checked, and left out.
+        resolved.retain(|_| options.fields);
         resolved.sort_by_key(|(_, rest)| rest.group);
         let (muscle_names, muscles): (Vec<_>, Vec<_>) = resolved.into_iter().unzip();
         let mut grids = fields.grids;
