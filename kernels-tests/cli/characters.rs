@@ -166,3 +166,16 @@ fn parity_of_a_human_is_in_tolerance() {
     assert_eq!(found["frames"].as_array().map(Vec::len), Some(10));
     assert_eq!(found["pass"], true, "{found}");
 }
+
+#[test]
+fn the_smallest_characters_have_their_own_number_of_vertices_on_the_gpu() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    for (file, vertices) in [("quad_skin.glb", 4), ("SimpleSkin.gltf", 10)] {
+        let out = folder.path().join("out.pc2");
+        let mut command = sinew();
+        command.args(["bake", "--frames", "0", "-o"]).arg(&out).arg(data.join("characters").join(file));
+        printed(&command.output().expect("runs"));
+        assert_eq!(cached(&out).len(), vertices, "{file}");
+    }
+}

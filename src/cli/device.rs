@@ -7,9 +7,9 @@ use crate::progress::Progress;
 use glam::Vec3;
 use sinew::error::DeviceError;
 use sinew::gpu::{DeviceChoice, Headless, Instance, Kernels, Output, RigBuffers, readback};
-use sinew::parity::GpuResult;
+use sinew::parity::{self, GpuResult};
 use sinew::rig::{Pose, Rig};
-use sinew::schedule::{FrameOptions, Positions};
+use sinew::schedule::FrameOptions;
 use std::sync::Arc;
 
 /// Opens the adapter that the command line asks for.
@@ -29,6 +29,7 @@ pub struct OnDevice {
     /// The device.
     pub headless: Headless,
     instance: Instance,
+    vertices: usize,
 }
 
 impl OnDevice {
@@ -41,16 +42,13 @@ impl OnDevice {
         let mut instance = Instance::new(&kernels, device, queue, &buffers, Output::Owned).map_err(Failure::device)?;
         instance.set_options(queue, options);
         headless.check().map_err(Failure::device)?;
-        Ok(OnDevice { headless, instance })
+        Ok(OnDevice { headless, instance, vertices: rig.character.vertex_count() })
     }
 
     /// Deforms to one pose; the result stays in [`OnDevice::instance`].
     pub fn play(&mut self, pose: &Pose) -> Result<(), Failure> {
-        let Headless { device, queue, .. } = &self.headless;
-        self.instance.set_pose(queue, pose).map_err(Failure::input)?;
-        let mut encoder = device.create_command_encoder(&Default::default());
-        self.instance.encode(&mut encoder);
-        queue.submit([encoder.finish()]);
+        self.instance.set_pose(&self.headless.queue, pose).map_err(Failure::input)?;
+        self.headless.submit(|encoder| self.instance.encode(encoder));
         self.headless.check().map_err(Failure::device)
     }
 
@@ -63,7 +61,7 @@ impl OnDevice {
     pub fn skin(&mut self, pose: &Pose) -> Result<Skin, Failure> {
         self.play(pose)?;
         let vertices: Vec<[f32; 6]> =
-            readback::read(&self.headless, self.instance.output(), ..).map_err(Failure::device)?;
+            readback::read(&self.headless, self.instance.output(), ..self.vertices).map_err(Failure::device)?;
         Ok(Skin {
             positions: vertices.iter().map(|v| Vec3::new(v[0], v[1], v[2])).collect(),
             normals: vertices.iter().map(|v| Vec3::new(v[3], v[4], v[5])).collect(),
@@ -71,22 +69,8 @@ impl OnDevice {
     }
 
     /// Deforms to one pose and brings every stage to the host.
-    pub fn stages(&mut self, pose: &Pose, rig: &Rig) -> Result<GpuResult, Failure> {
+    pub fn stages(&mut self, pose: &Pose) -> Result<GpuResult, Failure> {
         self.play(pose)?;
-        let batch = self.instance.batch();
-        let vertices = rig.character.vertex_count();
-        let played = |stage| batch.steps().iter().any(|step| step.writes == Some(stage));
-        let marched = if played(Positions::Tracked) { vertices } else { 0 };
-        let muscles = if marched > 0 { rig.muscles.len() } else { 0 };
-        let result = || -> Result<GpuResult, DeviceError> {
-            Ok(GpuResult {
-                skinned: readback::read(&self.headless, batch.positions(Positions::Skinned), ..vertices)?,
-                muscles: readback::read(&self.headless, batch.muscles(), ..muscles)?,
-                tracked: readback::read(&self.headless, batch.positions(Positions::Tracked), ..marched)?,
-                reports: readback::read(&self.headless, batch.reports(), ..marched)?,
-                vertices: readback::read(&self.headless, batch.output(), ..vertices)?,
-            })
-        };
-        result().map_err(Failure::device)
+        parity::capture(&self.headless, self.instance.batch(), 0).map_err(Failure::device)
     }
 }

@@ -75,7 +75,7 @@ mod on_device {
         let progress = Progress::steps("comparing", numbers.len() as u64);
         for &number in &numbers {
             let pose = frames.pose(&scene, number);
-            let gpu = device.stages(&pose, &rig)?;
+            let gpu = device.stages(&pose)?;
             let trace = reference.frame(&pose, &options).map_err(Failure::input)?;
             let stages = compare(&gpu, CpuResult(&trace), scene.character.height_rest());
             if compared.stages.is_empty() {
@@ -94,11 +94,16 @@ mod on_device {
         drop(progress);
         compared.pass = compared.stages.iter().all(|stage| stage.pass);
         print::noted(args.json, &compared, &scene.notes, table)?;
-        if compared.pass {
+        verdict(&compared.character, &compared.stages)
+    }
+
+    /// Findings where a stage is out of tolerance.
+    fn verdict(character: &str, stages: &[StageReport]) -> Result<(), Failure> {
+        let failed: Vec<_> = stages.iter().filter(|s| !s.pass).map(|s| s.stage).collect();
+        if failed.is_empty() {
             return Ok(());
         }
-        let failed: Vec<_> = compared.stages.iter().filter(|s| !s.pass).map(|s| s.stage).collect();
-        Err(Failure::Findings(format!("{} out of tolerance: {}", compared.character, failed.join(", "))))
+        Err(Failure::Findings(format!("{character} out of tolerance: {}", failed.join(", "))))
     }
 
     fn table(compared: &Compared) -> String {
@@ -137,5 +142,21 @@ mod on_device {
             line(format!("stop reasons: {}", stops.join(", ")));
         }
         text
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+        use sinew::parity::{SKINNED, vectors};
+
+        #[test]
+        fn a_stage_out_of_tolerance_is_a_finding() {
+            let cpu = [glam::Vec4::ONE; 3];
+            let same = vectors("skinned", &cpu, &cpu, 1.0, SKINNED);
+            let apart = vectors("tracked", &[glam::Vec4::ZERO; 3], &cpu, 1.0, SKINNED);
+            assert!(verdict("arm", std::slice::from_ref(&same)).is_ok());
+            let Err(Failure::Findings(why)) = verdict("arm", &[same, apart]) else { panic!("no finding") };
+            assert_eq!(why, "arm out of tolerance: tracked");
+        }
     }
 }
