@@ -171,3 +171,28 @@ fn muscles_are_drawn_under_any_skinning_and_asked_for_where_missing() {
         assert!(picture(view, "linear", view) != skin, "{view} draws no muscles");
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_bake_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for out in ["out.pc2", "frames"] {
+        // Nineteen thousand frames take a minute; the signal comes after a moment.
+        let out = folder.path().join(out);
+        let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("sinew"))
+            .args(["bake", "--device", "cpu", "--fps", "10000", "--frames", "0..19000", "-o"])
+            .arg(&out)
+            .arg("assets/arm.glb")
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .expect("starts");
+        std::thread::sleep(std::time::Duration::from_millis(1500));
+        assert!(child.try_wait().expect("a state").is_none(), "it ended before it was interrupted");
+        let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+        assert!(killed.success());
+        let ended = child.wait_with_output().expect("ends");
+        assert_eq!(ended.status.code(), Some(130), "{}", String::from_utf8_lossy(&ended.stderr));
+        let left: Vec<_> = std::fs::read_dir(folder.path()).expect("the folder").flatten().collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
+}

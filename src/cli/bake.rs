@@ -88,7 +88,7 @@ fn play(
                 .map_err(Failure::input)?;
             }
         }
-        progress.step();
+        progress.step()?;
     }
     Ok(())
 }

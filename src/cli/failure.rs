@@ -1,5 +1,6 @@
 //! What ends the command early, and with which exit code.
 
+use crate::interrupt;
 use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
@@ -17,6 +18,8 @@ pub enum Failure {
     Input(String),
     /// There is no adapter, or it cannot do what is needed. Exit code 4.
     Device(String),
+    /// The user stopped it. Exit code 130.
+    Interrupted,
 }
 
 impl Failure {
@@ -35,11 +38,12 @@ impl Failure {
     pub fn report(&self) -> ExitCode {
         let (code, text) = match self {
             #[cfg(feature = "gpu")]
-            Failure::Findings(text) => (1, text),
+            Failure::Findings(text) => (1, text.as_str()),
             #[cfg(feature = "gpu")]
-            Failure::Usage(text) => (2, text),
-            Failure::Input(text) => (3, text),
-            Failure::Device(text) => (4, text),
+            Failure::Usage(text) => (2, text.as_str()),
+            Failure::Input(text) => (3, text.as_str()),
+            Failure::Device(text) => (4, text.as_str()),
+            Failure::Interrupted => (interrupt::EXIT_CODE, "interrupted; nothing half-written is left"),
         };
         // Where standard error is closed there is nobody left to tell.
         let _ = writeln!(std::io::stderr(), "error: {}", one_line(text));

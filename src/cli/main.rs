@@ -12,6 +12,7 @@ mod device;
 mod doctor;
 mod failure;
 mod inspect;
+mod interrupt;
 mod load;
 mod parity;
 mod print;
@@ -26,6 +27,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let args = Args::parse();
+    interrupt::listen();
     let done = match &args.verb {
         Verb::Demo(demo) => demo::run(demo),
         Verb::Inspect(inspect) => inspect::run(inspect),

@@ -89,7 +89,7 @@ mod on_device {
             for ((_, all), (_, one)) in compared.stops.iter_mut().zip(stop_counts(&trace.reports)) {
                 *all += one;
             }
-            progress.step();
+            progress.step()?;
         }
         drop(progress);
         compared.pass = compared.stages.iter().all(|stage| stage.pass);

@@ -1,5 +1,7 @@
 //! Progress on standard error: for what takes over a second, and only where that is a terminal.
 
+use crate::failure::Failure;
+use crate::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::thread;
 use std::time::Duration;
@@ -41,9 +43,10 @@ impl Progress {
         Progress(bar)
     }
 
-    /// One step is done.
-    pub fn step(&self) {
+    /// One step is done; fails where the user has asked to stop before the next.
+    pub fn step(&self) -> Result<(), Failure> {
         self.0.inc(1);
+        interrupt::check()
     }
 }
 

@@ -238,7 +238,7 @@ mod on_device {
             if chosen.contains(&i) {
                 kept.push((number, picture.reduced(picture.height.div_ceil(CELL))));
             }
-            progress.step();
+            progress.step()?;
         }
         Ok(kept)
     }
