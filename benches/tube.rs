@@ -2,7 +2,8 @@
 
 use glam::{Mat4, Vec2, Vec3};
 use sinew::rig::{
-    Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleSize, MuscleSpec, Part, Pose, Rig,
+    Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleShape, MuscleSize, MuscleSpec, Part, Pose,
+    Rig,
 };
 
 const LENGTH: f32 = 0.6;
@@ -63,16 +64,11 @@ pub fn rig(vertices: usize) -> Rig {
         images: Vec::new(),
     };
     let end = |bone: &str, offset| Attachment { bone: bone.into(), offset, normal: Vec3::X };
-    let muscle = MuscleSpec {
-        name: "flexor".into(),
-        bone: "upperarm".into(),
-        origin: end("upperarm", Vec3::new(0.0, 0.03, 0.022)),
-        insertion: end("lowerarm", Vec3::new(0.0, 0.05, 0.025)),
-        alpha: 3,
-        beta: 3,
-        eccentricity: 0.4,
-        size: MuscleSize::Width(0.017),
-    };
+    let origin = end("upperarm", Vec3::new(0.0, 0.03, 0.022));
+    let insertion = end("lowerarm", Vec3::new(0.0, 0.05, 0.025));
+    let shape = MuscleShape { eccentricity: 0.4, ..MuscleShape::REST };
+    let spec = MuscleSpec::new("flexor", "upperarm", origin, insertion, MuscleSize::Width(0.017));
+    let muscle = MuscleSpec { rest: shape, active: shape, ..spec };
     Rig::build(character, &[muscle], &BuildOptions::default()).expect("a limb with a muscle")
 }
 

@@ -4,7 +4,10 @@ use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use sinew::{
     gpu::{DeviceChoice, Headless, Kernels, readback},
     kernel::{WORKGROUP, dispatch, kernel},
-    rig::{Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleSize, MuscleSpec, Part, Pose, Rig},
+    rig::{
+        Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleShape, MuscleSize, MuscleSpec, Part,
+        Pose, Rig,
+    },
     schedule::KernelId,
 };
 use std::io::Write;
@@ -196,16 +199,11 @@ pub fn limb(rings: usize) -> Character {
 /// A muscle in front of the limb's upper bone, crossing the joint.
 pub fn limb_muscle() -> MuscleSpec {
     let end = |bone: &str, offset| Attachment { bone: bone.into(), offset, normal: Vec3::X };
-    MuscleSpec {
-        name: "flexor".into(),
-        bone: "upperarm".into(),
-        origin: end("upperarm", Vec3::new(0.0, 0.03, 0.022)),
-        insertion: end("lowerarm", Vec3::new(0.0, 0.05, 0.025)),
-        alpha: 3,
-        beta: 3,
-        eccentricity: 0.4,
-        size: MuscleSize::Width(0.017),
-    }
+    let origin = end("upperarm", Vec3::new(0.0, 0.03, 0.022));
+    let insertion = end("lowerarm", Vec3::new(0.0, 0.05, 0.025));
+    let shape = MuscleShape { eccentricity: 0.4, ..MuscleShape::REST };
+    let spec = MuscleSpec::new("flexor", "upperarm", origin, insertion, MuscleSize::Width(0.017));
+    MuscleSpec { rest: shape, active: shape, ..spec }
 }
 
 /// The limb with its muscle, ready to deform.
@@ -217,7 +215,7 @@ pub fn limb_rig(rings: usize) -> Rig {
 pub fn bent(degrees: f32) -> Pose {
     let elbow = Mat4::from_translation(Vec3::Y * 0.3);
     let turn = elbow * Mat4::from_rotation_x(degrees.to_radians()) * elbow.inverse();
-    Pose { palette: vec![Mat4::IDENTITY, turn], nodes: Vec::new(), time: 0.0 }
+    Pose { palette: vec![Mat4::IDENTITY, turn], ..Pose::default() }
 }
 
 /// The test data's folder, or `None` with a word about it where `SINEW_DATA` is not set.

@@ -60,7 +60,7 @@ impl Scene {
             ClipChoice::Rest => Pose::rest(&self.character).palette,
             _ => joints.iter().map(|j| (globals[j.node as usize] * j.inverse_bind.as_dmat4()).as_mat4()).collect(),
         };
-        Pose { palette, nodes: globals.iter().map(DMat4::as_mat4).collect(), time }
+        Pose { palette, nodes: globals.iter().map(DMat4::as_mat4).collect(), time, ..Pose::default() }
     }
 
     fn clip(&self, choice: ClipChoice) -> Option<&Clip> {

@@ -137,8 +137,8 @@ impl Character {
     }
 }
 
-/// Where the joints are at one moment.
-#[derive(Clone, Debug, PartialEq)]
+/// Where the joints are at one moment, and what is keyed of the muscles.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Per joint: its global transform times its inverse bind matrix, scene space at rest to scene space posed.
     pub palette: Vec<Mat4>,
@@ -146,11 +146,46 @@ pub struct Pose {
     pub nodes: Vec<Mat4>,
     /// Seconds after the clip's start.
     pub time: f32,
+    /// Muscle parameters that the clip, or the caller, keys at this moment. Muscles that a rig lacks are passed over.
+    pub keyed: Vec<Keyed>,
+    /// Activation per muscle of the file, in its order, in place of what drivers and keys say; empty leaves it to them.
+    pub activations: Vec<f32>,
+}
+
+/// One keyed parameter of one muscle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Keyed {
+    /// Name of the muscle.
+    pub muscle: String,
+    /// The parameter and its value.
+    pub key: Key,
+}
+
+/// A muscle parameter at one moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Key {
+    /// Activation 0..=1, joined with the drivers as the muscle's `Drive::keys` says.
+    Activation(f32),
+    /// Eccentricity 0..=.99.
+    Eccentricity(f32),
+    /// Factor on the width.
+    Width(f32),
+    /// Stiffness 0..=1.
+    Stiffness(f32),
+    /// Exponents of the rest shape, on the way from one pair to the next.
+    Shape {
+        /// `(alpha, beta)` that is left.
+        from: (u32, u32),
+        /// `(alpha, beta)` that is approached.
+        to: (u32, u32),
+        /// 0..=1 of the way.
+        share: f32,
+    },
 }
 
 impl Pose {
     /// The bind pose: nothing moves.
     pub fn rest(character: &Character) -> Pose {
-        Pose { palette: vec![Mat4::IDENTITY; character.joints.len()], nodes: Vec::new(), time: 0.0 }
+        Pose { palette: vec![Mat4::IDENTITY; character.joints.len()], ..Pose::default() }
     }
 }

@@ -9,8 +9,8 @@ pub mod muscle_file;
 mod topology;
 
 pub use build::{BuildOptions, Rig, VertexTarget};
-pub use character::{Character, Image, Influence, Joint, Material, Part, Pose};
+pub use character::{Character, Image, Influence, Joint, Key, Keyed, Material, Part, Pose};
 pub use frame::{FrameInputs, JointFrame};
 pub use groups::FieldGroups;
-pub use muscle::{Attachment, MuscleSize, MuscleSpec};
+pub use muscle::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
 pub use topology::Topology;

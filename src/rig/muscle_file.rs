@@ -1,6 +1,6 @@
 //! The minimal muscle file: straight muscles with one shape each (`NAME.muscles.toml`).
 
-use super::muscle::{Attachment, MuscleSize, MuscleSpec};
+use super::muscle::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
 use crate::error::MuscleFileError;
 use glam::Vec3;
 use serde::Deserialize;
@@ -110,16 +110,10 @@ pub fn parse(text: &str, path: &Path) -> Result<Vec<MuscleSpec>, MuscleFileError
                 return Err(at(volume.span().start, why));
             }
         };
-        specs.push(MuscleSpec {
-            name: table.name,
-            bone: table.bone,
-            origin: table.origin.into(),
-            insertion: table.insertion.into(),
-            alpha: table.alpha,
-            beta: table.beta,
-            eccentricity: table.eccentricity,
-            size,
-        });
+        let shape =
+            MuscleShape { alpha: table.alpha, beta: table.beta, eccentricity: table.eccentricity, ..MuscleShape::REST };
+        let spec = MuscleSpec::new(&table.name, &table.bone, table.origin.into(), table.insertion.into(), size);
+        specs.push(MuscleSpec { rest: shape, active: shape, ..spec });
     }
     Ok(specs)
 }
@@ -151,7 +145,7 @@ width = 0.02
     fn a_minimal_muscle_has_the_default_shape() {
         let muscles = parse(GOOD, Path::new("x")).expect("good file");
         assert_eq!(muscles.len(), 1);
-        assert_eq!((muscles[0].alpha, muscles[0].beta, muscles[0].eccentricity), (3, 3, 0.0));
+        assert_eq!(muscles[0].rest, MuscleShape::REST);
         assert_eq!(muscles[0].size, MuscleSize::Width(0.02));
         assert_eq!(muscles[0].origin.normal, Vec3::Z);
     }

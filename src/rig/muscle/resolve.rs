@@ -1,53 +1,13 @@
 //! Muscles as an author gives them, and as the stages read them.
 
-use super::{Character, FieldGroups};
+use super::{Attachment, MuscleSize, MuscleSpec};
+use crate::rig::{Character, FieldGroups};
 use crate::{
     error::MuscleError,
     field::muscle::{MAX_ECCENTRICITY, MuscleRest, ellipse_squared, profile_max, profile_scale},
     math::{transform_point, transform_vector},
 };
 use glam::Vec3;
-
-/// One end of a muscle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Attachment {
-    /// Name of the bone that carries it.
-    pub bone: String,
-    /// Metres, in the bone's own space.
-    pub offset: Vec3,
-    /// Direction of the section's long axis, in the bone's own space.
-    pub normal: Vec3,
-}
-
-/// How large a muscle is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum MuscleSize {
-    /// Cubic metres.
-    Volume(f32),
-    /// Largest radius at rest with eccentricity 0, metres.
-    Width(f32),
-}
-
-/// A muscle as its author gives it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MuscleSpec {
-    /// Its name, unique in the file.
-    pub name: String,
-    /// The bone whose field it joins.
-    pub bone: String,
-    /// End on the body's side.
-    pub origin: Attachment,
-    /// End that moves.
-    pub insertion: Attachment,
-    /// Profile exponent at the origin, 2..=9.
-    pub alpha: u32,
-    /// Profile exponent at the insertion, 2..=9.
-    pub beta: u32,
-    /// Eccentricity of the section, 0..=.99.
-    pub eccentricity: f32,
-    /// Volume, or width at rest.
-    pub size: MuscleSize,
-}
 
 /// Support of the muscle's field outside its surface, in largest rest radii (background 3.2: .5 to 1).
 const SUPPORT_RADII: f32 = 0.75;
@@ -64,13 +24,16 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
     if group == u32::MAX {
         return Err(MuscleError::NoField { muscle: spec.name.clone(), bone: spec.bone.clone() });
     }
-    for (name, exponent) in [("alpha", spec.alpha), ("beta", spec.beta)] {
+    for (name, exponent) in [("alpha", spec.rest.alpha), ("beta", spec.rest.beta)] {
         if !(2..=9).contains(&exponent) {
             return Err(value(format!("{name} is {exponent}, and must be a whole number from 2 to 9")));
         }
     }
-    if !(0.0..=MAX_ECCENTRICITY).contains(&spec.eccentricity) {
-        return Err(value(format!("eccentricity is {}, and must be in 0 to {MAX_ECCENTRICITY}", spec.eccentricity)));
+    if !(0.0..=MAX_ECCENTRICITY).contains(&spec.rest.eccentricity) {
+        return Err(value(format!(
+            "eccentricity is {}, and must be in 0 to {MAX_ECCENTRICITY}",
+            spec.rest.eccentricity
+        )));
     }
     let (origin, origin_normal) = placed(character, from, &spec.origin);
     let (insertion, insertion_normal) = placed(character, to, &spec.insertion);
@@ -81,7 +44,7 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
     if length < 1e-4 {
         return Err(value(format!("origin and insertion are {length} m apart at rest; move one of them")));
     }
-    let highest = profile_max(spec.alpha, spec.beta);
+    let highest = profile_max(spec.rest.alpha, spec.rest.beta);
     let width = match spec.size {
         MuscleSize::Width(w) => w / highest,
         MuscleSize::Volume(v) => (v / (std::f32::consts::PI * length)).sqrt(),
@@ -95,7 +58,7 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
             width * highest
         )));
     }
-    let (short_squared, long_squared) = ellipse_squared(spec.eccentricity);
+    let (short_squared, long_squared) = ellipse_squared(spec.rest.eccentricity);
     Ok(MuscleRest {
         origin: origin.extend(std::f32::consts::PI * width * width * length),
         insertion: insertion.extend(SUPPORT_RADII * width * highest),
@@ -104,9 +67,9 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
         origin_joint: from as u32,
         insertion_joint: to as u32,
         group,
-        alpha: spec.alpha,
-        beta: spec.beta,
-        profile_scale: profile_scale(spec.alpha, spec.beta),
+        alpha: spec.rest.alpha,
+        beta: spec.rest.beta,
+        profile_scale: profile_scale(spec.rest.alpha, spec.rest.beta),
         profile_max: highest,
         short_squared,
         long_squared,
@@ -154,16 +117,7 @@ mod tests {
     /// A spec on a character of one bone, 1 m tall.
     fn resolved(change: impl Fn(&mut MuscleSpec)) -> Result<MuscleRest, String> {
         let end = |y| Attachment { bone: "thigh".into(), offset: Vec3::Y * y, normal: Vec3::X };
-        let mut spec = MuscleSpec {
-            name: "m".into(),
-            bone: "thigh".into(),
-            origin: end(0.1),
-            insertion: end(0.5),
-            alpha: 3,
-            beta: 3,
-            eccentricity: 0.0,
-            size: MuscleSize::Width(0.03),
-        };
+        let mut spec = MuscleSpec::new("m", "thigh", end(0.1), end(0.5), MuscleSize::Width(0.03));
         change(&mut spec);
         let character = Character {
             joints: vec![Joint { name: "thigh".into(), parent: None, node: 0, inverse_bind: Mat4::IDENTITY }],
@@ -199,8 +153,8 @@ mod tests {
         assert!(refused(|s| s.insertion.offset = Vec3::splat(1e30)).contains("near the character"));
         assert!(refused(|s| s.insertion.offset = s.origin.offset).contains("apart at rest"));
         assert!(refused(|s| s.origin.offset.x = f32::NAN).contains("not finite"));
-        assert!(refused(|s| s.alpha = 1).contains("from 2 to 9"));
-        assert!(refused(|s| s.eccentricity = 1.0).contains("eccentricity"));
+        assert!(refused(|s| s.rest.alpha = 1).contains("from 2 to 9"));
+        assert!(refused(|s| s.rest.eccentricity = 1.0).contains("eccentricity"));
         assert!(refused(|s| s.insertion.bone = "thihg".into()).contains("nearest names: thigh"));
     }
 

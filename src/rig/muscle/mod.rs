@@ -1,0 +1,10 @@
+//! Muscles as their author gives them, and as the stages read them.
+
+mod resolve;
+mod spec;
+
+pub use resolve::resolve;
+pub use spec::{
+    Attachment, BodySide, BoneShape, BoneSpec, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
+    MuscleSize, MuscleSpec, ShapeCurve, Source,
+};

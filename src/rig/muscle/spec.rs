@@ -1,0 +1,293 @@
+//! A muscle as its author gives it: ends, shapes, size, keys, drivers.
+
+use glam::Vec3;
+use std::path::PathBuf;
+
+/// One end of a muscle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attachment {
+    /// Name of the bone that carries it.
+    pub bone: String,
+    /// Metres, in the bone's own space.
+    pub offset: Vec3,
+    /// Direction of the section's long axis, in the bone's own space.
+    pub normal: Vec3,
+}
+
+/// How large a muscle is; of a fibre set, how large all fibres are together (a width is each fibre's own).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MuscleSize {
+    /// Cubic metres.
+    Volume(f32),
+    /// Largest radius at rest with eccentricity 0, metres.
+    Width(f32),
+}
+
+/// Which side of the body a muscle is on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BodySide {
+    /// The character's left.
+    Left,
+    /// The character's right.
+    Right,
+    /// Neither.
+    #[default]
+    Centre,
+}
+
+/// One of a muscle's shapes (paper A, section 5.2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MuscleShape {
+    /// Profile exponent at the origin, 1..=9; 1 makes a blunt, rounded end.
+    pub alpha: u32,
+    /// Profile exponent at the insertion, 1..=9.
+    pub beta: u32,
+    /// Eccentricity of the section, 0..=.99.
+    pub eccentricity: f32,
+    /// Factor on the width that the volume gives: 1 keeps the volume, more exaggerates (paper A, figure 14).
+    pub width: f32,
+}
+
+impl MuscleShape {
+    /// The papers' shape at rest: a round, symmetric spindle.
+    pub const REST: MuscleShape = MuscleShape { alpha: 3, beta: 3, eccentricity: 0.0, width: 1.0 };
+    /// Paper A's default shape of full activation: the belly higher and fuller.
+    pub const ACTIVE: MuscleShape = MuscleShape { alpha: 4, beta: 7, eccentricity: 0.0, width: 1.0 };
+}
+
+/// Several fibres spread between two lines of end points (paper A, section 5.3).
+///
+/// Each line starts at the attachment's own offset and goes on through these points, in the attachment's bone space,
+/// metres. A line without points stays at its attachment. Fibre `i` of `count` joins the points at the same share
+/// `i / (count - 1)` of both lines' lengths.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FibreSet {
+    /// Number of fibres, 2..=32.
+    pub count: u32,
+    /// Further points of the origin line.
+    pub origin_line: Vec<Vec3>,
+    /// Further points of the insertion line.
+    pub insertion_line: Vec<Vec3>,
+    /// Whether fibres may overlap one another; else they collide (paper A, figure 7).
+    pub overlap: bool,
+}
+
+/// How keys are joined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ease {
+    /// Straight.
+    #[default]
+    Linear,
+    /// Held until the next key.
+    Step,
+    /// Hermite with the keys' own tangents.
+    Cubic,
+}
+
+/// A number over time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// How the keys are joined.
+    pub ease: Ease,
+    /// Seconds after the clip's start, ascending.
+    pub times: Vec<f32>,
+    /// One value per key.
+    pub values: Vec<f32>,
+    /// Slopes into and out of every key, per second; read for [`Ease::Cubic`] alone. Empty: Catmull-Rom's.
+    pub tangents: Vec<[f32; 2]>,
+}
+
+/// Profile exponents over time, blended at constant volume from key to key.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShapeCurve {
+    /// Linear or step; cubic is read as linear.
+    pub ease: Ease,
+    /// Seconds after the clip's start, ascending.
+    pub times: Vec<f32>,
+    /// `(alpha, beta)` of the rest shape per key; the active shape is blended in as ever.
+    pub shapes: Vec<(u32, u32)>,
+}
+
+/// What a muscle's keys move. An empty curve leaves a parameter alone.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Keys {
+    /// Activation 0..=1: one more driver, combined by [`Drive::keys`].
+    pub activation: Curve,
+    /// Replaces the blended eccentricity.
+    pub eccentricity: Curve,
+    /// Factor on the width, besides the shapes' own.
+    pub width: Curve,
+    /// Replaces the stiffness.
+    pub stiffness: Curve,
+    /// Replaces the exponents of the rest shape.
+    pub shape: ShapeCurve,
+}
+
+/// How a driver's value joins those before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Combine {
+    /// The larger counts.
+    #[default]
+    Max,
+    /// They add up.
+    Add,
+    /// They multiply.
+    Multiply,
+}
+
+/// Where an activation comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// Length of the straight axis over its rest length: 1 at `min` and below, 0 at `max` and above; the other way
+    /// round when inverted.
+    Length {
+        /// Ratio at one end of the range.
+        min: f32,
+        /// Ratio at the other end.
+        max: f32,
+        /// Whether stretching activates, rather than shortening.
+        invert: bool,
+    },
+    /// Angle of a joint against its parent, from its rest pose: 0 at `from`, 1 at `to`.
+    Angle {
+        /// Name of the joint.
+        joint: String,
+        /// Axis in the joint's own space, to count turns about it alone, with their sign; else the whole angle.
+        axis: Option<Vec3>,
+        /// Radians where activation begins.
+        from: f32,
+        /// Radians where it is full.
+        to: f32,
+    },
+    /// Always the same.
+    Constant(f32),
+    /// A column of a table over time, as a force or activity model supplies: CSV, first column `time` in seconds.
+    Table {
+        /// The table, relative to the muscle file.
+        file: PathBuf,
+        /// Heading of the column; the muscle's name by default.
+        column: String,
+        /// The column, once the table has been read.
+        curve: Curve,
+    },
+}
+
+/// One driver of a muscle's activation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Driver {
+    /// Where the value comes from.
+    pub source: Source,
+    /// How it joins the drivers before it.
+    pub combine: Combine,
+}
+
+/// All that activates a muscle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// Drivers in order; the first one's value is the start.
+    pub drivers: Vec<Driver>,
+    /// How activation keys join what the drivers say.
+    pub keys: Combine,
+    /// Seconds from 0 to 1 at most; 0 is at once.
+    pub attack: f32,
+    /// Seconds from 1 to 0 at most; 0 is at once.
+    pub decay: f32,
+}
+
+impl Default for Drive {
+    /// Active in so far as it is shorter than at rest, fully at 70 %.
+    fn default() -> Drive {
+        let source = Source::Length { min: 0.7, max: 1.0, invert: false };
+        Drive { drivers: vec![Driver { source, combine: Combine::Max }], keys: Combine::Max, attack: 0.0, decay: 0.0 }
+    }
+}
+
+/// A muscle as its author gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MuscleSpec {
+    /// Its name, unique in the file.
+    pub name: String,
+    /// Which side it is on.
+    pub side: BodySide,
+    /// The bone whose field it joins.
+    pub bone: String,
+    /// End on the body's side.
+    pub origin: Attachment,
+    /// End that moves.
+    pub insertion: Attachment,
+    /// Where it is more than one fibre.
+    pub fibres: Option<FibreSet>,
+    /// Segments of the axis, 3..=63.
+    pub segments: u32,
+    /// Shape of activation 0.
+    pub rest: MuscleShape,
+    /// Shape of activation 1.
+    pub active: MuscleShape,
+    /// Volume, or width at rest.
+    pub size: MuscleSize,
+    /// Stiffness k, 0 to 1 (paper A, section 6.2).
+    pub stiffness: f32,
+    /// Share of the length at each end that is tendon, 0..=.45.
+    pub tendon: f32,
+    /// Muscles of the same name here collide with one another; empty collides with none.
+    pub collision_group: String,
+    /// What activates it.
+    pub drive: Drive,
+    /// What is keyed.
+    pub keys: Keys,
+}
+
+impl MuscleSpec {
+    /// Segments of an axis where nothing else is said: the paper's 30 particles.
+    pub const SEGMENTS: u32 = 29;
+    /// Stiffness where nothing else is said.
+    pub const STIFFNESS: f32 = 0.4;
+    /// Share of tendon where nothing else is said.
+    pub const TENDON: f32 = 0.1;
+
+    /// A muscle with everything but ends and size at its default; its active shape is its rest shape.
+    pub fn new(name: &str, bone: &str, origin: Attachment, insertion: Attachment, size: MuscleSize) -> MuscleSpec {
+        MuscleSpec {
+            name: name.into(),
+            side: BodySide::Centre,
+            bone: bone.into(),
+            origin,
+            insertion,
+            fibres: None,
+            segments: Self::SEGMENTS,
+            rest: MuscleShape::REST,
+            active: MuscleShape::REST,
+            size,
+            stiffness: Self::STIFFNESS,
+            tendon: Self::TENDON,
+            collision_group: String::new(),
+            drive: Drive::default(),
+            keys: Keys::default(),
+        }
+    }
+}
+
+/// The shape of a bone, for collisions.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BoneShape {
+    /// A capsule in the bone's own space, metres.
+    Capsule {
+        /// Centre of one end.
+        from: Vec3,
+        /// Centre of the other end.
+        to: Vec3,
+        /// Radius.
+        radius: f32,
+    },
+    /// A mesh of the character's file, by name.
+    Mesh(String),
+}
+
+/// A bone whose shape the muscle file gives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoneSpec {
+    /// Name of the joint.
+    pub bone: String,
+    /// Its shape.
+    pub shape: BoneShape,
+}
