@@ -7,7 +7,6 @@ mod tube;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use sinew::{
-    field::muscle::MuscleFrame,
     gpu::{Batch, DeviceChoice, Headless, Kernels, Output, RigBuffers},
     reference::{Reference, Trace},
     rig::{FrameInputs, Pose, Rig},
@@ -40,8 +39,13 @@ impl Case {
         f64::from(marched.iter().sum::<u32>()) / marched.len().max(1) as f64
     }
 
-    fn field<'a>(&'a self, muscles: &'a [MuscleFrame]) -> FieldInput<'a> {
-        FieldInput { groups: &self.inputs.groups, nodes: &self.rig.nodes, muscles }
+    fn field(&self) -> FieldInput<'_> {
+        FieldInput {
+            groups: &self.inputs.groups,
+            nodes: &self.rig.nodes,
+            muscles: &self.trace.muscles,
+            axes: &self.trace.axes,
+        }
     }
 
     fn step(&self, kernel: KernelId) -> Step {
@@ -71,7 +75,7 @@ fn cpu(criterion: &mut Criterion, cases: &[Case]) {
         });
         let mut samples = skinned.clone();
         group.bench_function(BenchmarkId::new("field", vertices), |b| {
-            b.iter(|| tracking::sample(&case.field(&case.trace.muscles), &case.trace.skinned, &mut samples));
+            b.iter(|| tracking::sample(&case.field(), &case.trace.skinned, &mut samples));
         });
         let reference = Reference::new(&case.rig);
         let (step, options) = (case.step(KernelId::March), FrameOptions::default());
@@ -131,12 +135,15 @@ fn field_sample(
         instance_count: 1,
         group_count: case.inputs.groups.len() as u32,
         muscle_count: case.trace.muscles.len() as u32,
+        axis_point_count: case.trace.axes.len() as u32,
+        ..Default::default()
     };
     let buffers = [
         ("params", make(bytemuck::bytes_of(&params))),
         ("groups", make(bytemuck::cast_slice(&case.inputs.groups))),
         ("nodes", make(bytemuck::cast_slice(&case.rig.nodes))),
         ("muscles", make(bytemuck::cast_slice(&case.trace.muscles))),
+        ("axes", make(bytemuck::cast_slice(&case.trace.axes))),
         ("points", make(bytemuck::cast_slice(&case.trace.skinned))),
         ("samples", make(bytemuck::cast_slice(&case.trace.skinned))),
     ];

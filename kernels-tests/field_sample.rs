@@ -7,7 +7,7 @@ use sinew::{
     rig::{FrameInputs, Rig},
     schedule::KernelId,
     tracking::{self, FieldInput, SampleParams},
-    wrap,
+    wrap::{self, ShapeInput},
 };
 
 /// A rig at one moment.
@@ -15,6 +15,7 @@ struct Posed {
     rig: Rig,
     inputs: FrameInputs,
     muscles: Vec<sinew::field::muscle::MuscleFrame>,
+    axes: Vec<sinew::field::muscle::AxisPoint>,
 }
 
 impl Posed {
@@ -22,12 +23,14 @@ impl Posed {
         let rig = limb_rig(40);
         let inputs = FrameInputs::new(&rig, &bent(degrees)).expect("pose");
         let mut muscles = vec![Default::default(); rig.muscles.len()];
-        wrap::shape(&rig.muscles, &inputs.joints, &inputs.groups, &mut muscles);
-        Posed { rig, inputs, muscles }
+        let mut axes = vec![Default::default(); rig.point_count as usize];
+        let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles };
+        wrap::shape(&rig.muscles, &input, &mut muscles, &mut axes);
+        Posed { rig, inputs, muscles, axes }
     }
 
     fn field(&self) -> FieldInput<'_> {
-        FieldInput { groups: &self.inputs.groups, nodes: &self.rig.nodes, muscles: &self.muscles }
+        FieldInput { groups: &self.inputs.groups, nodes: &self.rig.nodes, muscles: &self.muscles, axes: &self.axes }
     }
 
     fn cpu(&self, at: &[Vec4]) -> Vec<Vec4> {
@@ -43,12 +46,15 @@ impl Posed {
             instance_count: 1,
             group_count: self.inputs.groups.len() as u32,
             muscle_count: self.muscles.len() as u32,
+            axis_point_count: self.axes.len() as u32,
+            ..SampleParams::default()
         };
-        let inputs: [(&str, &[u8]); 5] = [
+        let inputs: [(&str, &[u8]); 6] = [
             ("params", bytemuck::bytes_of(&params)),
             ("groups", bytemuck::cast_slice(&self.inputs.groups)),
             ("nodes", bytemuck::cast_slice(&self.rig.nodes)),
             ("muscles", bytemuck::cast_slice(&self.muscles)),
+            ("axes", bytemuck::cast_slice(&self.axes)),
             ("points", bytemuck::cast_slice(at)),
         ];
         let count = at.len();
@@ -106,14 +112,14 @@ fn twin_is_bounded_and_its_gradient_descends_from_its_value() {
     let posed = Posed::new(60.0);
     let (mut seen, mut rough) = (0, 0);
     for p in around(20_000, 43) {
-        let found = posed.field().at(p.xyz());
+        let found = posed.field().composed(p.xyz());
         assert!((0.0..=1.0).contains(&found.sample.value) && found.sample.gradient.is_finite());
         if !(0.05..0.9).contains(&found.sample.value) {
             continue;
         }
         let h = 2e-4;
         let slope = |axis: Vec3| {
-            let value = |q: Vec3| posed.field().at(q).sample.value;
+            let value = |q: Vec3| posed.field().composed(q).sample.value;
             (value(p.xyz() + axis * h) - value(p.xyz() - axis * h)) / (2.0 * h)
         };
         let measured = Vec3::new(slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z));

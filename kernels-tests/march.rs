@@ -8,13 +8,14 @@ use sinew::{
     rig::{FrameInputs, Pose, Rig, VertexTarget},
     schedule::{Counts, FrameOptions, KernelId, MarchOptions},
     tracking::{self, FieldInput, MarchParams, MarchReport, StopReason},
-    wrap,
+    wrap::{self, ShapeInput},
 };
 
 struct March {
     rig: Rig,
     inputs: FrameInputs,
     muscles: Vec<sinew::field::muscle::MuscleFrame>,
+    axes: Vec<sinew::field::muscle::AxisPoint>,
     targets: Vec<VertexTarget>,
     skinned: Vec<Vec4>,
 }
@@ -25,19 +26,22 @@ impl March {
         let rig = limb_rig(40);
         let inputs = FrameInputs::new(&rig, &bent(degrees)).expect("pose");
         let mut muscles = vec![Default::default(); rig.muscles.len()];
-        wrap::shape(&rig.muscles, &inputs.joints, &inputs.groups, &mut muscles);
+        let mut axes = vec![Default::default(); rig.point_count as usize];
+        let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles };
+        wrap::shape(&rig.muscles, &input, &mut muscles, &mut axes);
         let options = FrameOptions { skinning: sinew::schedule::Skinning::Linear, ..FrameOptions::default() };
         let skinned = Reference::new(&rig).frame(&bent(degrees), &options).expect("pose").skinned;
         let chosen: Vec<usize> = (0..skinned.len()).filter(|&v| v % 7 == 3).cycle().take(count).collect();
         let targets = chosen.iter().map(|&v| rig.targets[v]).collect();
         let skinned = chosen.iter().map(|&v| skinned[v]).collect();
-        March { rig, inputs, muscles, targets, skinned }
+        March { rig, inputs, muscles, axes, targets, skinned }
     }
 
     fn params(&self) -> MarchParams {
         let counts = Counts {
             vertices: self.targets.len() as u32,
             muscles: self.muscles.len() as u32,
+            points: self.axes.len() as u32,
             groups: self.inputs.groups.len() as u32,
         };
         MarchParams::new(&counts, 1, &MarchOptions::default())
@@ -46,7 +50,12 @@ impl March {
     fn cpu(&self) -> (Vec<Vec4>, Vec<MarchReport>) {
         let mut tracked = vec![Vec4::ZERO; self.targets.len()];
         let mut reports = vec![MarchReport::default(); self.targets.len()];
-        let field = FieldInput { groups: &self.inputs.groups, nodes: &self.rig.nodes, muscles: &self.muscles };
+        let field = FieldInput {
+            groups: &self.inputs.groups,
+            nodes: &self.rig.nodes,
+            muscles: &self.muscles,
+            axes: &self.axes,
+        };
         tracking::march(&self.params(), &field, &self.targets, &self.skinned, &mut tracked, &mut reports);
         (tracked, reports)
     }
@@ -54,11 +63,12 @@ impl March {
     fn gpu(&self) -> Option<(Vec<Vec4>, Vec<MarchReport>)> {
         let gpu = gpu()?;
         let params = self.params();
-        let inputs: [(&str, &[u8]); 6] = [
+        let inputs: [(&str, &[u8]); 7] = [
             ("params", bytemuck::bytes_of(&params)),
             ("groups", bytemuck::cast_slice(&self.inputs.groups)),
             ("nodes", bytemuck::cast_slice(&self.rig.nodes)),
             ("muscles", bytemuck::cast_slice(&self.muscles)),
+            ("axes", bytemuck::cast_slice(&self.axes)),
             ("targets", bytemuck::cast_slice(&self.targets)),
             ("skinned", bytemuck::cast_slice(&self.skinned)),
         ];
@@ -147,6 +157,9 @@ fn twin_reaches_its_targets_and_lifts_skin_over_the_muscle() {
 
 impl March {
     fn cpu_value(&self, p: Vec3) -> f32 {
-        FieldInput { groups: &self.inputs.groups, nodes: &self.rig.nodes, muscles: &self.muscles }.at(p).sample.value
+        FieldInput { groups: &self.inputs.groups, nodes: &self.rig.nodes, muscles: &self.muscles, axes: &self.axes }
+            .composed(p)
+            .sample
+            .value
     }
 }

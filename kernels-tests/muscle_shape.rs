@@ -5,18 +5,23 @@ use glam::{Mat4, Vec3, Vec4, Vec4Swizzles};
 use sinew::{
     field::{
         evaluate::GroupFrame,
-        muscle::{MuscleFrame, MuscleRest, ellipse_squared, profile_max, profile_scale},
+        muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest, Profile},
     },
     rig::JointFrame,
     schedule::KernelId,
-    wrap::{self, MuscleParams},
+    wrap::{self, MuscleParams, ShapeInput},
 };
 
 struct Muscles {
     rest: Vec<MuscleRest>,
+    inputs: Vec<MuscleInput>,
     joints: Vec<JointFrame>,
     groups: Vec<GroupFrame>,
+    points: usize,
 }
+
+/// Muscles and the points of their axes.
+type Shaped = (Vec<MuscleFrame>, Vec<AxisPoint>);
 
 const JOINTS: usize = 4;
 const GROUPS: usize = 3;
@@ -24,11 +29,12 @@ const GROUPS: usize = 3;
 impl Muscles {
     fn random(count: usize, instances: usize, seed: u64) -> Muscles {
         let mut random = Random(seed);
+        let mut points = 0;
         let rest = (0..count)
             .map(|i| {
-                let (alpha, beta) = (2 + i as u32 % 8, 9 - i as u32 % 7);
-                let (short_squared, long_squared) = ellipse_squared(0.9 * random.next().abs());
                 let (origin, insertion) = (random.vec3(), random.vec3());
+                let segments = 3 + (i as u32 * 7) % 61;
+                points += segments as usize + 1;
                 MuscleRest {
                     origin: origin.extend(2e-4),
                     // Every eighth muscle is a point in its rest pose and in every pose of its one joint.
@@ -38,14 +44,19 @@ impl Muscles {
                     origin_joint: (i % JOINTS) as u32,
                     insertion_joint: if i % 8 == 7 { (i % JOINTS) as u32 } else { ((i + 1) % JOINTS) as u32 },
                     group: (i % GROUPS) as u32,
-                    alpha,
-                    beta,
-                    profile_scale: profile_scale(alpha, beta),
-                    profile_max: profile_max(alpha, beta),
-                    short_squared,
-                    long_squared,
+                    segments,
+                    first_point: points as u32 - segments - 1,
                     ..MuscleRest::default()
                 }
+            })
+            .collect();
+        let inputs = (0..count * instances)
+            .map(|i| {
+                let (alpha, beta) = (1 + i as u32 % 9, 9 - i as u32 % 7);
+                let share = random.next().abs();
+                let profile = Profile::blend(&[((alpha, beta), share), ((4, 7), 1.0 - share)]);
+                let input = MuscleInput::new(&profile, 0.9 * random.next().abs());
+                MuscleInput { activation: share, width: 1.0, ..input }
             })
             .collect();
         let joints =
@@ -53,63 +64,101 @@ impl Muscles {
         let groups = (0..GROUPS * instances)
             .map(|_| GroupFrame { to_rest: random.matrix().inverse(), present: 1, ..GroupFrame::default() })
             .collect();
-        Muscles { rest, joints, groups }
+        Muscles { rest, inputs, joints, groups, points }
     }
 
-    fn cpu(&self, instance: usize) -> Vec<MuscleFrame> {
+    fn cpu(&self, instance: usize) -> Shaped {
         let mut shaped = vec![MuscleFrame::default(); self.rest.len()];
-        let joints = &self.joints[instance * JOINTS..][..JOINTS];
-        wrap::shape(&self.rest, joints, &self.groups[instance * GROUPS..][..GROUPS], &mut shaped);
-        shaped
+        let mut axes = vec![AxisPoint::default(); self.points];
+        let input = ShapeInput {
+            joints: &self.joints[instance * JOINTS..][..JOINTS],
+            groups: &self.groups[instance * GROUPS..][..GROUPS],
+            inputs: &self.inputs[instance * self.rest.len()..][..self.rest.len()],
+        };
+        wrap::shape(&self.rest, &input, &mut shaped, &mut axes);
+        (shaped, axes)
     }
 
-    fn gpu(&self, instances: usize) -> Option<Vec<MuscleFrame>> {
+    fn gpu(&self, instances: usize) -> Option<Shaped> {
         let gpu = gpu()?;
         let params = MuscleParams {
             muscle_count: self.rest.len() as u32,
             instance_count: instances as u32,
             joint_count: JOINTS as u32,
             group_count: GROUPS as u32,
+            point_count: self.points as u32,
+            ..MuscleParams::default()
         };
-        let count = self.rest.len() * instances;
-        let inputs: [(&str, &[u8]); 4] = [
+        let (count, points) = (self.rest.len() * instances, self.points * instances);
+        let inputs: [(&str, &[u8]); 5] = [
             ("params", bytemuck::bytes_of(&params)),
             ("muscles_rest", bytemuck::cast_slice(&self.rest)),
+            ("inputs", bytemuck::cast_slice(&self.inputs)),
             ("joints", bytemuck::cast_slice(&self.joints)),
             ("groups", bytemuck::cast_slice(&self.groups)),
         ];
-        let size = size_of::<MuscleFrame>();
-        let out = run(&gpu, KernelId::MuscleShape, count as u64, &inputs, &[("shaped", (count + 1) * size)]);
+        let sizes =
+            [("shaped", (count + 1) * size_of::<MuscleFrame>()), ("axes", (points + 1) * size_of::<AxisPoint>())];
+        let out = run(&gpu, KernelId::MuscleShape, count as u64, &inputs, &sizes);
         let mut shaped: Vec<MuscleFrame> = bytemuck::pod_collect_to_vec(&out[0]);
-        assert_eq!(shaped.pop().map(|m| m.alpha), Some(JUNK), "written beyond the last muscle");
-        Some(shaped)
+        let mut axes: Vec<AxisPoint> = bytemuck::pod_collect_to_vec(&out[1]);
+        assert_eq!(shaped.pop().map(|m| m.terms), Some(JUNK), "written beyond the last muscle");
+        assert_eq!(axes.pop().map(|p| p.turn.w.to_bits()), Some(JUNK), "written beyond the last point");
+        Some((shaped, axes))
     }
 }
 
-/// Largest difference of two shaped muscles, lengths in metres and directions alike; infinite where they are of
-/// different kinds. Directions across a nearly parallel normal magnify rounding: those are left out by their size.
+/// Largest difference of two shaped muscles, lengths in metres; infinite where they are of different kinds.
 fn difference(a: &MuscleFrame, b: &MuscleFrame) -> f32 {
-    if (a.present, a.alpha, a.beta) != (b.present, b.alpha, b.beta) {
+    let kind = |m: &MuscleFrame| (m.present, m.exponents, m.terms, m.first_point, m.segments);
+    if kind(a) != kind(b) {
         return f32::INFINITY;
     }
-    let vectors = [(a.origin, b.origin), (a.axis, b.axis), (a.normal, b.normal)];
-    let largest =
-        vectors.iter().map(|(a, b): &(Vec4, Vec4)| (*a - *b).abs().max_element() / (1.0 + a.abs().max_element()));
-    largest.fold((a.support_radius - b.support_radius).abs().max((a.activation - b.activation).abs()), f32::max)
+    let vectors = [(a.factors, b.factors), (a.lowest, b.lowest), (a.highest, b.highest)];
+    let numbers = [
+        (a.length, b.length),
+        (a.inverse_length, b.inverse_length),
+        (a.width, b.width),
+        (a.support_radius, b.support_radius),
+        (a.long_squared, b.long_squared),
+        (a.activation, b.activation),
+    ];
+    let largest = vectors.iter().map(|(a, b)| (*a - *b).abs().max_element() / (1.0 + a.abs().max_element()));
+    numbers.iter().map(|(a, b)| (a - b).abs() / (1.0 + a.abs())).chain(largest).fold(0.0, f32::max)
 }
 
-/// Two square roots and two divisions of two ulp each on values near 1, through three matrices.
+/// Largest difference of two points of an axis, metres and directions alike.
+fn apart(a: &AxisPoint, b: &AxisPoint) -> f32 {
+    let parts = [
+        (a.position, b.position),
+        (a.tangent, b.tangent),
+        (a.normal, b.normal),
+        (a.turn.with_w(0.0) * a.normal.w.min(1.0), b.turn.with_w(0.0) * b.normal.w.min(1.0)),
+        (Vec4::splat(a.turn.w), Vec4::splat(b.turn.w)),
+    ];
+    parts.iter().map(|(a, b)| (*a - *b).abs().max_element() / (1.0 + a.abs().max_element())).fold(0.0, f32::max)
+}
+
+/// Square roots and divisions of two ulp each on values near 1, through three matrices. The direction in which a normal
+/// turns to its neighbour is divided by the turn: it is compared times its angle.
 const TOLERANCE: f32 = 4e-6;
+/// Tangents divide differences of positions, which are of the order of 3 m here, by segments of down to 2 cm.
+const AXIS_TOLERANCE: f32 = 1e-4;
 
 #[test]
 fn matches_its_twin_at_every_size() {
     for size in SIZES {
         let muscles = Muscles::random(size, 3, 31);
-        let Some(gpu) = muscles.gpu(3) else { return };
+        let Some((shaped, axes)) = muscles.gpu(3) else { return };
         for instance in 0..3 {
-            for (i, cpu) in muscles.cpu(instance).iter().enumerate() {
-                let apart = difference(&gpu[instance * size + i], cpu);
-                assert!(apart < TOLERANCE, "size {size}, instance {instance}, muscle {i}: {apart}");
+            let (cpu, cpu_axes) = muscles.cpu(instance);
+            for (i, cpu) in cpu.iter().enumerate() {
+                let off = difference(&shaped[instance * size + i], cpu);
+                assert!(off < TOLERANCE, "size {size}, instance {instance}, muscle {i}: {off}");
+            }
+            for (i, cpu) in cpu_axes.iter().enumerate() {
+                let off = apart(&axes[instance * muscles.points + i], cpu);
+                assert!(off < AXIS_TOLERANCE, "size {size}, instance {instance}, point {i}: {off}");
             }
         }
     }
@@ -118,25 +167,32 @@ fn matches_its_twin_at_every_size() {
 #[test]
 fn a_moved_end_is_found() {
     let muscles = Muscles::random(65, 1, 32);
-    let Some(gpu) = muscles.gpu(1) else { return };
+    let Some((shaped, axes)) = muscles.gpu(1) else { return };
     let mut moved = Muscles::random(65, 1, 32);
     moved.rest[20].insertion.x += 1e-3;
-    let over: Vec<usize> =
-        moved.cpu(0).iter().enumerate().filter(|(i, c)| difference(&gpu[*i], c) >= TOLERANCE).map(|(i, _)| i).collect();
+    let (cpu, cpu_axes) = moved.cpu(0);
+    let over: Vec<usize> = (0..65).filter(|&i| difference(&shaped[i], &cpu[i]) >= TOLERANCE).collect();
     assert_eq!(over, [20]);
+    let own = moved.rest[20].first_point as usize..=(moved.rest[20].first_point + moved.rest[20].segments) as usize;
+    let over: Vec<usize> = (0..axes.len()).filter(|&i| apart(&axes[i], &cpu_axes[i]) >= AXIS_TOLERANCE).collect();
+    assert!(!over.is_empty() && over.iter().all(|i| own.contains(i)), "{over:?} of {own:?}");
 }
 
 #[test]
-fn twin_keeps_volume_and_frames_its_section() {
+fn twin_keeps_volume_and_frames_its_sections() {
     let muscles = Muscles::random(64, 1, 33);
-    for (i, m) in muscles.cpu(0).iter().enumerate() {
+    let (shaped, axes) = muscles.cpu(0);
+    for (i, m) in shaped.iter().enumerate() {
         if i % 8 == 7 {
             assert_eq!(m.present, 0, "a muscle without length");
             continue;
         }
-        let volume = std::f64::consts::PI * f64::from(m.normal.w).powi(2) * f64::from(m.origin.w);
+        let volume = std::f64::consts::PI * f64::from(m.width).powi(2) * f64::from(m.length);
         assert!((volume / 2e-4 - 1.0).abs() < 1e-5, "muscle {i}: {volume}");
-        assert!(m.axis.xyz().dot(m.normal.xyz()).abs() < 1e-5 && (m.normal.xyz().length() - 1.0).abs() < 1e-5);
+        for p in m.points(&axes) {
+            let square = p.tangent.xyz().dot(p.normal.xyz());
+            assert!(square.abs() < 1e-4 && (p.normal.xyz().length() - 1.0).abs() < 1e-5, "muscle {i}: {square}");
+        }
     }
 }
 
@@ -145,10 +201,10 @@ fn twin_is_the_same_wherever_the_character_stands() {
     let mut muscles = Muscles::random(16, 1, 34);
     let common = Mat4::from_rotation_translation(glam::Quat::from_rotation_z(0.8), Vec3::new(3.0, -1.0, 2.0));
     muscles.groups.iter_mut().for_each(|g| g.to_rest = Mat4::IDENTITY);
-    let before = muscles.cpu(0);
+    let (before, _) = muscles.cpu(0);
     muscles.joints.iter_mut().for_each(|j| j.matrix = common * j.matrix);
     muscles.groups.iter_mut().for_each(|g| g.to_rest = common.inverse());
-    for (a, b) in before.iter().zip(muscles.cpu(0)) {
+    for (a, b) in before.iter().zip(muscles.cpu(0).0) {
         assert!(difference(a, &b) < 2e-5, "{}", difference(a, &b));
     }
 }

@@ -5,8 +5,8 @@ use glam::{Mat4, Vec2, Vec3, vec2, vec3};
 use sinew::error::DeviceError;
 use sinew::gpu::{Headless, readback};
 use sinew::render::{
-    Axis, Camera, ColorMesh, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View,
-    tube, vertex_buffer,
+    Camera, ColorMesh, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View,
+    vertex_buffer,
 };
 use sinew::rig::{Image, Material};
 use std::sync::Arc;
@@ -16,8 +16,23 @@ const BOX: (Vec3, Vec3) = (Vec3::splat(-1.0), Vec3::splat(1.0));
 
 /// A ball of that radius about `center`, with outward normals.
 fn ball(center: Vec3, radius: f32, color: [f32; 3]) -> ColorMesh {
-    let axis = Axis::straight(center - Vec3::Y * radius, center + Vec3::Y * radius, Vec3::X, 32);
-    tube(&axis, 48, |s, _| 2.0 * radius * (s * (1.0 - s)).max(0.0).sqrt(), |_| color)
+    const RINGS: u32 = 32;
+    const AROUND: u32 = 48;
+    let mut mesh = ColorMesh::default();
+    for ring in 0..=RINGS {
+        let (up, out) = (std::f32::consts::PI * ring as f32 / RINGS as f32).sin_cos();
+        for k in 0..AROUND {
+            let (sine, cosine) = (std::f32::consts::TAU * k as f32 / AROUND as f32).sin_cos();
+            mesh.normals.push(Vec3::new(up * cosine, -out, up * sine));
+            let [a, b] = [k, (k + 1) % AROUND].map(|k| ring * AROUND + k);
+            if ring < RINGS {
+                mesh.triangles.extend([[a, b + AROUND, b], [a, a + AROUND, b + AROUND]]);
+            }
+        }
+    }
+    mesh.positions = mesh.normals.iter().map(|n| center + *n * radius).collect();
+    mesh.colors = vec![color; mesh.positions.len()];
+    mesh
 }
 
 /// A square of side 2 in the plane `z`, texture upright, looking along +Z.

@@ -2,13 +2,13 @@
 
 use crate::{
     error::PoseError,
-    field::muscle::MuscleFrame,
+    field::muscle::{AxisPoint, MuscleFrame},
     normals::{self, Fans},
     rig::{FrameInputs, Pose, Rig},
     schedule::{self, Counts, FrameOptions, KernelId, Positions, Step},
     skinning::{self, SkinInput},
     tracking::{self, FieldInput, MarchParams, MarchReport},
-    wrap,
+    wrap::{self, ShapeInput},
 };
 use glam::Vec4;
 
@@ -21,6 +21,8 @@ pub struct Trace {
     pub skinned: Vec<Vec4>,
     /// Muscles as shaped for this frame; empty without a field.
     pub muscles: Vec<MuscleFrame>,
+    /// Points of the muscles' axes.
+    pub axes: Vec<AxisPoint>,
     /// Marched positions; empty without a march.
     pub tracked: Vec<Vec4>,
     /// How each vertex's march ended; empty without a march.
@@ -59,6 +61,7 @@ impl<'a> Reference<'a> {
             steps,
             skinned: Vec::new(),
             muscles: Vec::new(),
+            axes: Vec::new(),
             tracked: Vec::new(),
             reports: Vec::new(),
             normals: Vec::new(),
@@ -90,12 +93,19 @@ impl<'a> Reference<'a> {
             }
             KernelId::MuscleShape => {
                 trace.muscles.resize(rig.muscles.len(), MuscleFrame::default());
-                wrap::shape(&rig.muscles, &inputs.joints, &inputs.groups, &mut trace.muscles);
+                trace.axes.resize(rig.point_count as usize, AxisPoint::default());
+                let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles };
+                wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
             KernelId::March => {
                 trace.tracked.resize(vertices, Vec4::ZERO);
                 trace.reports.resize(vertices, MarchReport::default());
-                let field = FieldInput { groups: &inputs.groups, nodes: &rig.nodes, muscles: &trace.muscles };
+                let field = FieldInput {
+                    groups: &inputs.groups,
+                    nodes: &rig.nodes,
+                    muscles: &trace.muscles,
+                    axes: &trace.axes,
+                };
                 let params = MarchParams::new(&counts(rig), 1, &options.march);
                 let (skinned, tracked) = (&trace.skinned, &mut trace.tracked);
                 tracking::march(&params, &field, &rig.targets, skinned, tracked, &mut trace.reports);
@@ -110,7 +120,7 @@ impl<'a> Reference<'a> {
                 };
                 normals::from_faces(&fans, positions, &mut trace.normals);
             }
-            KernelId::FieldSample => {}
+            KernelId::FieldSample | KernelId::MuscleSample => {}
         }
     }
 }
@@ -120,6 +130,7 @@ fn counts(rig: &Rig) -> Counts {
     Counts {
         vertices: rig.character.vertex_count() as u32,
         muscles: rig.muscles.len() as u32,
+        points: rig.point_count,
         groups: rig.grids.len() as u32,
     }
 }

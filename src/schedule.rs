@@ -57,6 +57,8 @@ pub enum KernelId {
     Normals,
     /// The composed field at given points; no part of a frame.
     FieldSample,
+    /// Muscles alone at given points; no part of a frame.
+    MuscleSample,
 }
 
 /// A position buffer of an instance.
@@ -88,6 +90,8 @@ pub struct Counts {
     pub vertices: u32,
     /// Muscles.
     pub muscles: u32,
+    /// Points of all muscles' axes together.
+    pub points: u32,
     /// Field groups; 0 where the rig has no fields.
     pub groups: u32,
 }
@@ -118,7 +122,7 @@ mod tests {
 
     fn kernels(vertices: u32, muscles: u32, groups: u32, skinning: Skinning) -> Vec<KernelId> {
         let options = FrameOptions { skinning, ..FrameOptions::default() };
-        frame(&Counts { vertices, muscles, groups }, &options).iter().map(|s| s.kernel).collect()
+        frame(&Counts { vertices, muscles, points: 0, groups }, &options).iter().map(|s| s.kernel).collect()
     }
 
     #[test]
@@ -136,7 +140,7 @@ mod tests {
         for skinning in [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion] {
             let options = FrameOptions { skinning, ..FrameOptions::default() };
             let mut written = Vec::new();
-            for step in frame(&Counts { vertices: 5, muscles: 1, groups: 1 }, &options) {
+            for step in frame(&Counts { vertices: 5, muscles: 1, points: 30, groups: 1 }, &options) {
                 assert!(step.reads.is_none_or(|r| written.contains(&r)), "{step:?}");
                 written.extend(step.writes);
             }

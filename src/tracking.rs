@@ -1,10 +1,9 @@
 //! Moving skin vertices to their rest iso-value in the posed field (background 1.12). Twin of the kernel `march`.
 
+pub use crate::field::evaluate::FieldInput;
+
 use crate::{
-    field::{
-        evaluate::{self, GroupFrame, GroupSample, NO_GROUP},
-        muscle::MuscleFrame,
-    },
+    field::evaluate::{GroupSample, NO_GROUP},
     rig::VertexTarget,
     schedule::{Counts, MarchOptions},
 };
@@ -30,6 +29,14 @@ crate::gpu_struct! {
         pub tolerance: f32,
         /// Longest step, in support radii of the group that the vertex is in.
         pub max_step_radii: f32,
+        /// Points of all of the character's muscles' axes.
+        pub point_count: u32,
+        /// Unused.
+        pub pad_0: u32,
+        /// Unused.
+        pub pad_1: u32,
+        /// Unused.
+        pub pad_2: u32,
     }
 }
 
@@ -45,6 +52,8 @@ impl MarchParams {
             relaxation: options.relaxation,
             tolerance: options.tolerance,
             max_step_radii: options.max_step_radii,
+            point_count: counts.points,
+            ..MarchParams::default()
         }
     }
 }
@@ -100,29 +109,6 @@ pub(crate) const INFINITE_GAP: f32 = 3.0e38;
 /// Squared gradient, per square metre, under which a field gives no direction (background 1.12).
 pub(crate) const MIN_GRADIENT_SQUARED: f32 = 1e-5;
 
-/// What the march reads: one character's field at one moment.
-#[derive(Clone, Copy)]
-pub struct FieldInput<'a> {
-    /// Field groups of this instance.
-    pub groups: &'a [GroupFrame],
-    /// Grid nodes of all groups.
-    pub nodes: &'a [Vec4],
-    /// Muscles of this instance.
-    pub muscles: &'a [MuscleFrame],
-}
-
-impl FieldInput<'_> {
-    /// The composed field at a posed point.
-    pub fn at(&self, p_posed: Vec3) -> GroupSample {
-        evaluate::composed(self.groups, self.nodes, self.muscles, p_posed)
-    }
-
-    /// The field that a vertex tracks at a posed point: its own side of a contact.
-    fn tracked(&self, target: &VertexTarget, p_posed: Vec3) -> GroupSample {
-        evaluate::own_side(self.groups, self.nodes, self.muscles, target.owner, target.limit, p_posed)
-    }
-}
-
 crate::gpu_struct! {
     /// Sizes that sampling the field at given points needs.
     pub struct SampleParams {
@@ -134,13 +120,21 @@ crate::gpu_struct! {
         pub group_count: u32,
         /// Muscles of the character.
         pub muscle_count: u32,
+        /// Points of all of the character's muscles' axes.
+        pub axis_point_count: u32,
+        /// Unused.
+        pub pad_0: u32,
+        /// Unused.
+        pub pad_1: u32,
+        /// Unused.
+        pub pad_2: u32,
     }
 }
 
 /// The composed field at many points: `xyz` is the gradient, `w` the value. Twin of the kernel `field_sample`.
 pub fn sample(field: &FieldInput, points_posed: &[Vec4], samples: &mut [Vec4]) {
     samples.par_iter_mut().with_min_len(64).zip(points_posed).for_each(|(out, p)| {
-        let sample = field.at(p.xyz()).sample;
+        let sample = field.composed(p.xyz()).sample;
         *out = sample.gradient.extend(sample.value);
     });
 }
@@ -174,7 +168,7 @@ fn march_vertex(params: &MarchParams, field: &FieldInput, target: &VertexTarget,
     let mut direction = Vec3::ZERO;
     report.stop = StopReason::StepLimit as u32;
     for step in 0..=params.max_steps {
-        let GroupSample { sample, group } = field.tracked(target, p);
+        let GroupSample { sample, group } = field.own_side(target.owner, target.limit, p);
         let gap = sample.value - target.iso;
         let squared = sample.gradient.dot(sample.gradient);
         if not_finite(gap) || not_finite(squared) {

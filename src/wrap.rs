@@ -5,7 +5,7 @@
 use crate::{
     field::{
         evaluate::GroupFrame,
-        muscle::{MuscleFrame, MuscleRest, straight},
+        muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
     },
     math::{transform_point, transform_vector},
     rig::JointFrame,
@@ -23,26 +23,48 @@ crate::gpu_struct! {
         pub joint_count: u32,
         /// Field groups of the character.
         pub group_count: u32,
+        /// Axis points of all of the character's muscles.
+        pub point_count: u32,
+        /// Unused.
+        pub pad_0: u32,
+        /// Unused.
+        pub pad_1: u32,
+        /// Unused.
+        pub pad_2: u32,
     }
 }
 
-/// Shapes every muscle of one instance: length, width `w = sqrt(V / (pi l))` (paper A, equation 3), frame.
+/// What shaping reads: one instance's joints, groups and muscle inputs.
+#[derive(Clone, Copy)]
+pub struct ShapeInput<'a> {
+    /// One per joint.
+    pub joints: &'a [JointFrame],
+    /// One per field group.
+    pub groups: &'a [GroupFrame],
+    /// One per muscle.
+    pub inputs: &'a [MuscleInput],
+}
+
+/// Shapes every muscle of one instance: axis, length, width `w = sqrt(V / (pi l))` (paper A, equation 3), section
+/// normals.
 ///
-/// `muscles` and `shaped` have one entry per muscle; everything in `shaped` is in scene space at rest of the
-/// muscle's field group, so that the pose's scale does not change its volume.
-pub fn shape(muscles: &[MuscleRest], joints: &[JointFrame], groups: &[GroupFrame], shaped: &mut [MuscleFrame]) {
-    for (rest, out) in muscles.iter().zip(shaped) {
-        *out = shape_one(rest, joints, groups);
+/// `muscles` and `shaped` have one entry per muscle, `axes` one per axis point of all of them; everything in them is in
+/// scene space at rest of the muscle's field group, so that the pose's scale does not change its volume.
+pub fn shape(muscles: &[MuscleRest], input: &ShapeInput, shaped: &mut [MuscleFrame], axes: &mut [AxisPoint]) {
+    for ((rest, own), out) in muscles.iter().zip(input.inputs).zip(shaped) {
+        let first = rest.first_point as usize;
+        *out = shape_one(rest, own, input, &mut axes[first..=first + rest.segments as usize]);
     }
 }
 
-fn shape_one(rest: &MuscleRest, joints: &[JointFrame], groups: &[GroupFrame]) -> MuscleFrame {
-    let to_rest = &groups[rest.group as usize].to_rest;
-    let from = &joints[rest.origin_joint as usize].matrix;
-    let to = &joints[rest.insertion_joint as usize].matrix;
+fn shape_one(rest: &MuscleRest, own: &MuscleInput, input: &ShapeInput, points: &mut [AxisPoint]) -> MuscleFrame {
+    let to_rest = &input.groups[rest.group as usize].to_rest;
+    let from = &input.joints[rest.origin_joint as usize].matrix;
+    let to = &input.joints[rest.insertion_joint as usize].matrix;
     let origin = transform_point(to_rest, transform_point(from, rest.origin.xyz()));
     let insertion = transform_point(to_rest, transform_point(to, rest.insertion.xyz()));
-    let normal = transform_vector(to_rest, transform_vector(from, rest.origin_normal.xyz()))
-        + transform_vector(to_rest, transform_vector(to, rest.insertion_normal.xyz()));
-    straight(rest, origin, insertion, normal)
+    muscle::straighten(points, origin, insertion);
+    let origin_normal = transform_vector(to_rest, transform_vector(from, rest.origin_normal.xyz()));
+    let insertion_normal = transform_vector(to_rest, transform_vector(to, rest.insertion_normal.xyz()));
+    muscle::shape(rest, own, points, origin_normal, insertion_normal)
 }

@@ -5,8 +5,9 @@
 @group(0) @binding(1) var<storage, read> groups: array<GroupFrame>;
 @group(0) @binding(2) var<storage, read> nodes: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> muscles: array<MuscleFrame>;
-@group(0) @binding(4) var<storage, read> points: array<vec4<f32>>;
-@group(0) @binding(5) var<storage, read_write> samples: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read> axes: array<AxisPoint>;
+@group(0) @binding(5) var<storage, read> points: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read_write> samples: array<vec4<f32>>;
 
 @compute @workgroup_size(64)
 fn main(
@@ -19,11 +20,12 @@ fn main(
         return;
     }
     let instance = index / params.point_count;
-    let found = field_composed(
+    let place = FieldPlace(
         instance * params.group_count,
         params.group_count,
         instance * params.muscle_count,
-        points[index].xyz,
+        instance * params.axis_point_count,
     );
+    let found = field_composed(place, points[index].xyz);
     samples[index] = vec4<f32>(found.gradient, found.value);
 }

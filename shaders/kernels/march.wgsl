@@ -5,10 +5,11 @@
 @group(0) @binding(1) var<storage, read> groups: array<GroupFrame>;
 @group(0) @binding(2) var<storage, read> nodes: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> muscles: array<MuscleFrame>;
-@group(0) @binding(4) var<storage, read> targets: array<VertexTarget>;
-@group(0) @binding(5) var<storage, read> skinned: array<vec4<f32>>;
-@group(0) @binding(6) var<storage, read_write> tracked: array<vec4<f32>>;
-@group(0) @binding(7) var<storage, read_write> reports: array<MarchReport>;
+@group(0) @binding(4) var<storage, read> axes: array<AxisPoint>;
+@group(0) @binding(5) var<storage, read> targets: array<VertexTarget>;
+@group(0) @binding(6) var<storage, read> skinned: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read_write> tracked: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read_write> reports: array<MarchReport>;
 
 override MIN_GRADIENT_SQUARED: f32;
 override INFINITE_GAP: f32;
@@ -25,14 +26,14 @@ struct Marched {
     report: MarchReport,
 }
 
-fn march(start: vec3<f32>, goal: VertexTarget, first_group: u32, first_muscle: u32) -> Marched {
+fn march(start: vec3<f32>, goal: VertexTarget, place: FieldPlace) -> Marched {
     var p = start;
     var previous = start;
     var previous_gap = INFINITE_GAP;
     var direction = vec3<f32>(0.0);
     var report = MarchReport(STOP_STEP_LIMIT, 0u, 0.0, 1.0);
     for (var step = 0u; step <= params.max_steps; step++) {
-        let found = contact_own_side(first_group, params.group_count, first_muscle, goal.owner, goal.limit, p);
+        let found = contact_own_side(place, goal.owner, goal.limit, p);
         let gap = found.value - goal.iso;
         let squared = math_dot(found.gradient, found.gradient);
         if math_not_finite(gap) || math_not_finite(squared) {
@@ -61,7 +62,7 @@ fn march(start: vec3<f32>, goal: VertexTarget, first_group: u32, first_muscle: u
             report.turn_cosine = min(report.turn_cosine, math_dot(unit, direction));
         }
         direction = unit;
-        let at = first_group + found.group;
+        let at = place.group + found.group;
         let longest = params.max_step_radii * groups[at].grid.support_radius * groups[at].scale;
         let wanted = params.relaxation * -gap / length;
         previous = p;
@@ -89,7 +90,13 @@ fn main(
         reports[index] = MarchReport(STOP_PASSIVE, 0u, 0.0, 1.0);
         return;
     }
-    let marched = march(start, goal, instance * params.group_count, instance * params.muscle_count);
+    let place = FieldPlace(
+        instance * params.group_count,
+        params.group_count,
+        instance * params.muscle_count,
+        instance * params.point_count,
+    );
+    let marched = march(start, goal, place);
     tracked[index] = vec4<f32>(marched.position, 1.0);
     reports[index] = marched.report;
 }

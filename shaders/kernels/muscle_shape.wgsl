@@ -1,47 +1,58 @@
-// Muscle ends from their joints, length, and width at constant volume. One thread per muscle of every instance.
+// Muscle ends from their joints, the axis between them, and width at constant volume. One thread per muscle of every
+// instance.
 
 @group(0) @binding(0) var<uniform> params: MuscleParams;
 @group(0) @binding(1) var<storage, read> muscles_rest: array<MuscleRest>;
-@group(0) @binding(2) var<storage, read> joints: array<JointFrame>;
-@group(0) @binding(3) var<storage, read> groups: array<GroupFrame>;
-@group(0) @binding(4) var<storage, read_write> shaped: array<MuscleFrame>;
+@group(0) @binding(2) var<storage, read> inputs: array<MuscleInput>;
+@group(0) @binding(3) var<storage, read> joints: array<JointFrame>;
+@group(0) @binding(4) var<storage, read> groups: array<GroupFrame>;
+@group(0) @binding(5) var<storage, read_write> shaped: array<MuscleFrame>;
+@group(0) @binding(6) var<storage, read_write> axes: array<AxisPoint>;
 
 override MIN_LENGTH: f32;
-override ACTIVE_SHORTENING: f32;
 override LEAST_SUPPORT_RADII: f32;
+override ROUNDING: f32;
 override PI: f32;
 
-fn across(wanted: vec3<f32>, axis: vec3<f32>) -> vec3<f32> {
-    let flat_wanted = wanted - axis * math_dot(wanted, axis);
-    let length = sqrt(math_dot(flat_wanted, flat_wanted));
-    if length > 1e-6 {
-        return flat_wanted / length;
+// Puts the points evenly on the straight line between the ends.
+fn straighten(first: u32, segments: u32, origin: vec3<f32>, insertion: vec3<f32>) {
+    for (var i = 0u; i <= segments; i++) {
+        let share = f32(i) / f32(segments);
+        axes[first + i].position = vec4<f32>(origin * (1.0 - share) + insertion * share, 0.0);
     }
-    let other = select(vec3<f32>(0.0, 1.0, 0.0), vec3<f32>(1.0, 0.0, 0.0), abs(axis.x) < 0.7);
-    let flat_other = other - axis * math_dot(other, axis);
-    return flat_other / sqrt(math_dot(flat_other, flat_other));
 }
 
-fn shape(rest: MuscleRest, origin: vec3<f32>, insertion: vec3<f32>, wanted_normal: vec3<f32>) -> MuscleFrame {
-    let span = insertion - origin;
-    let length = sqrt(math_dot(span, span));
+fn shape(rest: MuscleRest, own: MuscleInput, first: u32, length: f32) -> MuscleFrame {
+    var muscle = MuscleFrame();
+    muscle.first_point = rest.first_point;
+    muscle.segments = rest.segments;
     if length < MIN_LENGTH {
-        return MuscleFrame();
+        return muscle;
     }
-    let axis = span / length;
-    let width = sqrt(rest.origin.w / (PI * length));
-    let largest = width * rest.profile_max * sqrt(rest.long_squared);
-    var muscle: MuscleFrame;
-    muscle.origin = vec4<f32>(origin, length);
-    muscle.axis = vec4<f32>(axis, 1.0 / length);
-    muscle.normal = vec4<f32>(across(wanted_normal, axis), width);
-    muscle.alpha = rest.alpha;
-    muscle.beta = rest.beta;
-    muscle.profile_scale = rest.profile_scale;
-    muscle.support_radius = max(rest.insertion.w, LEAST_SUPPORT_RADII * largest);
-    muscle.short_squared = rest.short_squared;
-    muscle.long_squared = rest.long_squared;
-    muscle.activation = clamp((1.0 - length / rest.origin_normal.w) / ACTIVE_SHORTENING, 0.0, 1.0);
+    let width = own.width * sqrt(rest.origin.w / (PI * length));
+    let short_squared = sqrt(1.0 - own.eccentricity * own.eccentricity);
+    let long_squared = 1.0 / short_squared;
+    let largest = width * own.profile_bound * sqrt(long_squared);
+    let support_radius = max(rest.insertion.w, LEAST_SUPPORT_RADII * largest);
+    var lowest = axes[first].position.xyz;
+    var highest = lowest;
+    for (var i = 0u; i <= rest.segments; i++) {
+        lowest = min(lowest, axes[first + i].position.xyz);
+        highest = max(highest, axes[first + i].position.xyz);
+    }
+    let reach = largest + support_radius;
+    muscle.factors = own.factors;
+    muscle.lowest = vec4<f32>(lowest - reach, reach * reach * ROUNDING);
+    muscle.highest = vec4<f32>(highest + reach, 0.0);
+    muscle.exponents = own.exponents;
+    muscle.terms = own.terms;
+    muscle.length = length;
+    muscle.inverse_length = 1.0 / length;
+    muscle.width = width;
+    muscle.support_radius = support_radius;
+    muscle.short_squared = short_squared;
+    muscle.long_squared = long_squared;
+    muscle.activation = own.activation;
     muscle.present = 1u;
     return muscle;
 }
@@ -63,7 +74,11 @@ fn main(
     let insertion_matrix = joints[instance * params.joint_count + rest.insertion_joint].matrix;
     let origin = math_transform_point(to_rest, math_transform_point(origin_matrix, rest.origin.xyz));
     let insertion = math_transform_point(to_rest, math_transform_point(insertion_matrix, rest.insertion.xyz));
-    let normal = math_transform_vector(to_rest, math_transform_vector(origin_matrix, rest.origin_normal.xyz))
-        + math_transform_vector(to_rest, math_transform_vector(insertion_matrix, rest.insertion_normal.xyz));
-    shaped[index] = shape(rest, origin, insertion, normal);
+    let origin_normal = math_transform_vector(to_rest, math_transform_vector(origin_matrix, rest.origin_normal.xyz));
+    let insertion_normal =
+        math_transform_vector(to_rest, math_transform_vector(insertion_matrix, rest.insertion_normal.xyz));
+    let first = instance * params.point_count + rest.first_point;
+    straighten(first, rest.segments, origin, insertion);
+    let length = axis_frame(first, rest.segments, origin_normal, insertion_normal);
+    shaped[index] = shape(rest, inputs[index], first, length);
 }

@@ -1,23 +1,16 @@
-// What a vertex tracks: the composed field, and at a contact its own side of it (prototypes 3). Reads groups, nodes
-// and muscles. The derivative of the weight w is left out, as in the authors' operators.
+// What a vertex tracks: the composed field, and at a contact its own side of it (prototypes 3). Reads groups, nodes,
+// muscles and axes. The derivative of the weight w is left out, as in the authors' operators.
 override CONTACT_AGREE: f32;
 override CONTACT_TURN: f32;
 
-fn contact_own_side(
-    first_group: u32,
-    group_count: u32,
-    first_muscle: u32,
-    owner: u32,
-    limit: f32,
-    p_posed: vec3<f32>,
-) -> GroupSample {
+fn contact_own_side(place: FieldPlace, owner: u32, limit: f32, p_posed: vec3<f32>) -> GroupSample {
     var own = Sample(0.0, vec3<f32>(0.0));
     var other = GroupSample(0.0, vec3<f32>(0.0), FIELD_NO_GROUP);
-    for (var g = 0u; g < group_count; g++) {
-        if groups[first_group + g].present == 0u {
+    for (var g = 0u; g < place.group_count; g++) {
+        if groups[place.group + g].present == 0u {
             continue;
         }
-        let sample = field_group(groups[first_group + g], first_muscle, p_posed);
+        let sample = field_group(groups[place.group + g], place, p_posed);
         if g == owner {
             own = sample;
         } else if sample.value > other.value {

@@ -1,8 +1,12 @@
-// Fields: transfer, cached group field, detail operator, composition. Reads the globals groups, nodes and muscles.
+// Fields: cached group field, detail operator, composition. Reads the globals groups,
+// nodes, muscles and axes.
 
-struct Sample {
-    value: f32,
-    gradient: vec3<f32>,
+// Where one instance stands in the globals.
+struct FieldPlace {
+    group: u32,
+    group_count: u32,
+    muscle: u32,
+    point: u32,
 }
 
 struct GroupSample {
@@ -15,21 +19,6 @@ override FIELD_NO_GROUP: u32;
 override FIELD_SATURATION: f32;
 override FIELD_HEADROOM: f32;
 override FIELD_FILLET: f32;
-
-// Value and derivative of the compact transfer t_r (background 1.5).
-fn field_transfer(d: f32, r: f32) -> vec2<f32> {
-    if d <= -r {
-        return vec2<f32>(1.0, 0.0);
-    }
-    if d >= r {
-        return vec2<f32>(0.0, 0.0);
-    }
-    let x = d / r;
-    let x2 = x * x;
-    let rest = 1.0 - x2;
-    let value = clamp(0.5 - x * (0.9375 - x2 * (0.625 - 0.1875 * x2)), 0.0, 1.0);
-    return vec2<f32>(value, -0.9375 * rest * rest / r);
-}
 
 // Detail operator D(limb, muscle): value, derivative by limb, derivative by muscle (background 3.4).
 fn field_detail(limb: f32, muscle: f32) -> vec3<f32> {
@@ -70,7 +59,7 @@ fn field_grid(grid: GroupGrid, u: vec3<f32>) -> vec4<f32> {
 }
 
 // The field of one group at a posed point, in posed scene space.
-fn field_group(frame: GroupFrame, first_muscle: u32, p_posed: vec3<f32>) -> Sample {
+fn field_group(frame: GroupFrame, place: FieldPlace, p_posed: vec3<f32>) -> Sample {
     let p_rest = math_transform_point(frame.to_rest, p_posed);
     var limb = Sample(0.0, vec3<f32>(0.0));
     let u = math_transform_point(frame.grid.rest_to_grid, p_rest);
@@ -82,7 +71,11 @@ fn field_group(frame: GroupFrame, first_muscle: u32, p_posed: vec3<f32>) -> Samp
     }
     var best = Sample(0.0, vec3<f32>(0.0));
     for (var m = frame.grid.muscle_begin; m < frame.grid.muscle_end; m++) {
-        let sample = muscle_evaluate(muscles[first_muscle + m], p_rest);
+        let muscle = muscles[place.muscle + m];
+        if any(p_rest < muscle.lowest.xyz) || any(p_rest > muscle.highest.xyz) {
+            continue;
+        }
+        let sample = muscle_evaluate(muscle, place.point, p_rest);
         if sample.value > best.value {
             best = sample;
         }
@@ -95,13 +88,13 @@ fn field_group(frame: GroupFrame, first_muscle: u32, p_posed: vec3<f32>) -> Samp
 }
 
 // The composed field: the largest of one instance's groups.
-fn field_composed(first_group: u32, group_count: u32, first_muscle: u32, p_posed: vec3<f32>) -> GroupSample {
+fn field_composed(place: FieldPlace, p_posed: vec3<f32>) -> GroupSample {
     var result = GroupSample(0.0, vec3<f32>(0.0), FIELD_NO_GROUP);
-    for (var g = 0u; g < group_count; g++) {
-        if groups[first_group + g].present == 0u {
+    for (var g = 0u; g < place.group_count; g++) {
+        if groups[place.group + g].present == 0u {
             continue;
         }
-        let sample = field_group(groups[first_group + g], first_muscle, p_posed);
+        let sample = field_group(groups[place.group + g], place, p_posed);
         if sample.value > result.value {
             result = GroupSample(sample.value, sample.gradient, g);
         }

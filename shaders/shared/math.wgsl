@@ -28,3 +28,37 @@ fn math_power(x: f32, exponent: u32) -> f32 {
 fn math_not_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7fffffffu) >= 0x7f800000u;
 }
+
+fn math_cross(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y);
+}
+
+// Arc sine of x in 0..=1 (Abramowitz and Stegun 4.4.46).
+fn math_arc_sine(x: f32) -> f32 {
+    let series = 1.5707963
+        + x * (-0.2145988
+            + x * (0.08897899
+                + x * (-0.0501743
+                    + x * (0.03089188 + x * (-0.017088126 + x * (0.00667009 + x * -0.0012624911))))));
+    return 1.5707963 - sqrt(1.0 - x) * series;
+}
+
+// Sine and cosine of x in 0..=pi, from the series about a right angle.
+fn math_sine_cosine(x: f32) -> vec2<f32> {
+    let y = x - 1.5707963;
+    let y2 = y * y;
+    let sine = y
+        * (1.0
+            + y2 * (-0.16666667
+                + y2 * (0.008333334 + y2 * (-0.0001984127 + y2 * (2.7557319e-6 + y2 * -2.5052108e-8)))));
+    let cosine = 1.0
+        + y2 * (-0.5
+            + y2 * (0.041666668
+                + y2 * (-0.0013888889 + y2 * (2.4801587e-5 + y2 * (-2.7557319e-7 + y2 * 2.0876757e-9)))));
+    return vec2<f32>(cosine, -sine);
+}
+
+fn math_smoothstep(x: f32) -> f32 {
+    let t = clamp(x, 0.0, 1.0);
+    return t * t * (3.0 - 2.0 * t);
+}

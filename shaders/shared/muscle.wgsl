@@ -1,49 +1,137 @@
-// The muscle primitive's compact field (paper A, equations 1 to 5; background 3.2).
+// The muscle primitive's compact field (paper A, equations 1 to 5, algorithm 1; background 3.2 and 7.6). Reads the
+// global axes; `first` is a muscle's first point there.
 
-// Profile Phi and its derivative by s, for whole exponents of 2 or more.
-fn muscle_profile(alpha: u32, beta: u32, scale: f32, s: f32) -> vec2<f32> {
-    let t = 1.0 - s;
-    let flank = scale * math_power(s, alpha - 2u) * math_power(t, beta - 2u);
-    return vec2<f32>(flank * s * t, flank * (f32(alpha - 1u) * t - f32(beta - 1u) * s));
+// A point's place on an axis.
+struct Projection {
+    offset: vec3<f32>,
+    arc: f32,
+    arc_gradient: vec3<f32>,
+    tangent: vec3<f32>,
+    normal: vec3<f32>,
+    normal_slope: vec3<f32>,
 }
 
-fn muscle_evaluate(muscle: MuscleFrame, q: vec3<f32>) -> Sample {
-    if muscle.present == 0u {
-        return Sample(0.0, vec3<f32>(0.0));
+// Phi and its derivative by s.
+fn muscle_profile(muscle: MuscleFrame, s: f32) -> vec2<f32> {
+    let t = 1.0 - s;
+    var phi = vec2<f32>(0.0);
+    for (var k = 0u; k < muscle.terms; k++) {
+        let byte = muscle.exponents >> (8u * k);
+        let p = byte & 15u;
+        let q = (byte >> 4u) & 15u;
+        let s_below = math_power(s, max(p, 1u) - 1u);
+        let t_below = math_power(t, max(q, 1u) - 1u);
+        let s_power = select(s_below * s, 1.0, p == 0u);
+        let t_power = select(t_below * t, 1.0, q == 0u);
+        let factor = muscle.factors[k];
+        phi.x += factor * s_power * t_power;
+        phi.y += factor * (f32(p) * s_below * t_power - f32(q) * s_power * t_below);
     }
-    let axis = muscle.axis.xyz;
-    let from_origin = q - muscle.origin.xyz;
-    let along = math_dot(from_origin, axis) * muscle.axis.w;
-    let s = clamp(along, 0.0, 1.0);
-    let across = from_origin - axis * (s * muscle.origin.w);
-    let d = sqrt(math_dot(across, across));
-    if d < 1e-9 {
-        return Sample(1.0, vec3<f32>(0.0));
+    return phi;
+}
+
+// The nearest segment, of equals the first, and the squared distance to it.
+struct Nearest {
+    segment: u32,
+    squared: f32,
+}
+
+fn muscle_nearest(first: u32, segments: u32, q: vec3<f32>) -> Nearest {
+    var found = Nearest(0u, 3.4e38);
+    for (var i = 0u; i < segments; i++) {
+        let tangent = axes[first + i].tangent;
+        let h = q - axes[first + i].position.xyz;
+        let along = math_dot(h, tangent.xyz);
+        let at = clamp(along, 0.0, tangent.w);
+        let squared = math_dot(h, h) - at * (2.0 * along - at);
+        if squared < found.squared {
+            found = Nearest(i, squared);
+        }
     }
-    let outward = across / d;
-    let phi = muscle_profile(muscle.alpha, muscle.beta, muscle.profile_scale, s);
-    let normal = muscle.normal.xyz;
-    let cosine = math_dot(outward, normal);
-    let squared = cosine * cosine;
-    let polar = 1.0 / sqrt(muscle.short_squared * squared + muscle.long_squared * (1.0 - squared));
-    let width = muscle.normal.w;
-    let radius = width * phi.x * polar;
-    let inside_span = select(0.0, muscle.axis.w, along > 0.0 && along < 1.0);
-    let polar_slope = cosine * (muscle.long_squared - muscle.short_squared) * polar * polar * polar;
-    let radius_gradient = axis * (width * phi.y * polar * inside_span)
-        + (normal - outward * cosine) * (width * phi.x * polar_slope / d);
-    let x = d - radius;
-    if x >= 0.0 {
-        let t = field_transfer(x, muscle.support_radius);
-        return Sample(t.x, (outward - radius_gradient) * t.y);
+    return found;
+}
+
+// Foot on a segment: from the foot to the point, and the place on the segment's line in metres.
+fn muscle_foot(point: AxisPoint, q: vec3<f32>) -> vec4<f32> {
+    let h = q - point.position.xyz;
+    let along = math_dot(h, point.tangent.xyz);
+    return vec4<f32>(h - point.tangent.xyz * clamp(along, 0.0, point.tangent.w), along);
+}
+
+fn muscle_inside(point: AxisPoint, foot: vec4<f32>) -> bool {
+    return foot.w > 0.0 && foot.w < point.tangent.w;
+}
+
+fn muscle_on_segment(point: AxisPoint, at: f32, offset: vec3<f32>, arc_gradient: vec3<f32>) -> Projection {
+    let turned = math_sine_cosine(point.normal.w * (at * point.turn.w));
+    let normal = point.normal.xyz * turned.y + point.turn.xyz * turned.x;
+    let by_share = (point.turn.xyz * turned.y - point.normal.xyz * turned.x) * point.normal.w;
+    return Projection(offset, point.position.w + at, arc_gradient, point.tangent.xyz, normal, by_share * point.turn.w);
+}
+
+// Between the segments on either side of a point that they share, with feet on both.
+fn muscle_in_wedge(before: AxisPoint, after: AxisPoint, foot_0: vec4<f32>, foot_1: vec4<f32>, q: vec3<f32>) -> Projection {
+    let a0 = before.tangent.w - clamp(foot_0.w, 0.0, before.tangent.w);
+    let a1 = clamp(foot_1.w, 0.0, after.tangent.w);
+    let o0 = sqrt(math_dot(foot_0.xyz, foot_0.xyz));
+    let o1 = sqrt(math_dot(foot_1.xyz, foot_1.xyz));
+    let sum = a0 * o1 + a1 * o0;
+    if sum <= 0.0 {
+        return muscle_on_segment(after, 0.0, q - after.position.xyz, vec3<f32>(0.0));
     }
-    let u = -x / radius;
-    let u2 = u * u;
-    let steepness = 0.9375 / muscle.support_radius;
-    let start = steepness * radius;
-    let hump = u - 2.0 * u2 + u2 * u;
-    let value = min(0.5 + start * hump + 0.5 * (3.0 * u2 - 2.0 * u2 * u), 1.0);
-    let by_u = start * (1.0 - 4.0 * u + 3.0 * u2) + 3.0 * (u - u2);
-    let u_gradient = (radius_gradient * (d / radius) - outward) / radius;
-    return Sample(value, u_gradient * by_u + radius_gradient * (steepness * hump));
+    let x = (a1 * a1 * o0 - a0 * a0 * o1) / sum;
+    let e0 = foot_0.xyz / max(o0, 1e-20);
+    let e1 = foot_1.xyz / max(o1, 1e-20);
+    let t0 = before.tangent.xyz;
+    let t1 = after.tangent.xyz;
+    let top = t1 * (2.0 * a1 * o0) + e0 * (a1 * a1) + t0 * (2.0 * a0 * o1) - e1 * (a0 * a0);
+    let bottom = e1 * a0 - t0 * o1 + t1 * o0 + e0 * a1;
+    let arc_gradient = (top - bottom * x) / sum;
+    if x < 0.0 {
+        let at = before.tangent.w + x;
+        return muscle_on_segment(before, at, q - before.position.xyz - t0 * at, arc_gradient);
+    }
+    return muscle_on_segment(after, x, q - after.position.xyz - t1 * x, arc_gradient);
+}
+
+fn muscle_project(first: u32, segments: u32, k: u32, q: vec3<f32>) -> Projection {
+    let own = axes[first + k];
+    let foot = muscle_foot(own, q);
+    if !muscle_inside(own, foot) {
+        return muscle_on_segment(own, clamp(foot.w, 0.0, own.tangent.w), foot.xyz, vec3<f32>(0.0));
+    }
+    var reach = 3.4e38;
+    var other = own;
+    var other_foot = foot;
+    var other_is_before = false;
+    if k > 0u {
+        let before = axes[first + k - 1u];
+        let candidate = muscle_foot(before, q);
+        let away = q - own.position.xyz;
+        if muscle_inside(before, candidate) {
+            reach = math_dot(away, away);
+            other = before;
+            other_foot = candidate;
+            other_is_before = true;
+        }
+    }
+    if k + 1u < segments {
+        let after = axes[first + k + 1u];
+        let candidate = muscle_foot(after, q);
+        let away = q - after.position.xyz;
+        let squared = math_dot(away, away);
+        if muscle_inside(after, candidate) && squared < reach {
+            reach = squared;
+            other = after;
+            other_foot = candidate;
+            other_is_before = false;
+        }
+    }
+    if reach == 3.4e38 {
+        return muscle_on_segment(own, clamp(foot.w, 0.0, own.tangent.w), foot.xyz, own.tangent.xyz);
+    }
+    if other_is_before {
+        return muscle_in_wedge(other, own, other_foot, foot, q);
+    }
+    return muscle_in_wedge(own, other, foot, other_foot, q);
 }

@@ -122,16 +122,14 @@ mod on_device {
         let (implicit, linear) = (play(Skinning::Implicit)?, play(Skinning::Linear)?);
         let pairs = implicit.positions().iter().zip(linear.positions());
         let moved = pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
-        let named = rig.muscle_names.iter().zip(&rig.muscles).zip(&implicit.muscles);
-        let muscles = named.map(|((name, rest), bent)| {
-            let rest = rest.at_rest();
-            MuscleChange {
-                name: name.clone(),
-                rest_length_metres: rest.origin.w,
-                bent_length_metres: bent.origin.w,
-                rest_width_metres: rest.normal.w,
-                bent_width_metres: bent.normal.w,
-            }
+        let (at_rest, _) = rig.muscles_at_rest();
+        let named = rig.muscle_names.iter().zip(&at_rest).zip(&implicit.muscles);
+        let muscles = named.map(|((name, rest), bent)| MuscleChange {
+            name: name.clone(),
+            rest_length_metres: rest.length,
+            bent_length_metres: bent.length,
+            rest_width_metres: rest.width,
+            bent_width_metres: bent.width,
         });
         Ok((muscles.collect(), moved))
     }

@@ -54,6 +54,8 @@ pub enum MuscleError {
     Value {
         /// Name of the muscle.
         muscle: String,
+        /// The key of the muscle file that it stands under.
+        key: String,
         /// The value, its bounds and the remedy.
         what: String,
     },

@@ -4,7 +4,7 @@ use super::{
     GroupGrid, Sample,
     compose::detail_samples,
     grid,
-    muscle::{self, MuscleFrame},
+    muscle::{self, AxisPoint, MuscleFrame},
     transfer::transfer,
 };
 use crate::math::{transform_point, transpose_vector};
@@ -40,54 +40,64 @@ pub struct GroupSample {
     pub group: u32,
 }
 
-/// The field of one group at a posed point: limb surface with its muscles set in (background 3.4).
-#[inline]
-pub fn group(frame: &GroupFrame, nodes: &[Vec4], muscles: &[MuscleFrame], p_posed: Vec3) -> Sample {
-    let p_rest = transform_point(&frame.to_rest, p_posed);
-    let mut limb = Sample::default();
-    if let Some((distance, distance_gradient)) = grid::sample(&frame.grid, nodes, p_rest) {
-        let (value, slope) = transfer(distance, frame.grid.support_radius);
-        limb = Sample { value, gradient: distance_gradient * slope };
-    }
-    let mut best = Sample::default();
-    for m in &muscles[frame.grid.muscle_begin as usize..frame.grid.muscle_end as usize] {
-        let sample = muscle::evaluate(m, p_rest);
-        if sample.value > best.value {
-            best = sample;
-        }
-    }
-    let composed = if best.value > 0.0 { detail_samples(limb, best) } else { limb };
-    Sample { value: composed.value, gradient: transpose_vector(&frame.to_rest, composed.gradient) }
+/// What the composed field is made of: one character at one moment.
+#[derive(Clone, Copy)]
+pub struct FieldInput<'a> {
+    /// Field groups of this instance.
+    pub groups: &'a [GroupFrame],
+    /// Grid nodes of all groups.
+    pub nodes: &'a [Vec4],
+    /// Muscles of this instance.
+    pub muscles: &'a [MuscleFrame],
+    /// Points of their axes.
+    pub axes: &'a [AxisPoint],
 }
 
-/// The composed field at a posed point: the largest of the groups' fields.
-///
-/// `groups` and `muscles` belong to one instance; `nodes` holds the grids of all groups.
-#[inline]
-pub fn composed(groups: &[GroupFrame], nodes: &[Vec4], muscles: &[MuscleFrame], p_posed: Vec3) -> GroupSample {
-    let mut result = GroupSample { sample: Sample::default(), group: NO_GROUP };
-    for (index, frame) in groups.iter().enumerate() {
-        if frame.present == 0 {
-            continue;
+impl FieldInput<'_> {
+    /// The field of one group at a posed point: limb surface with its muscles set in (background 3.4).
+    #[inline]
+    pub fn group(&self, frame: &GroupFrame, p_posed: Vec3) -> Sample {
+        let p_rest = transform_point(&frame.to_rest, p_posed);
+        let mut limb = Sample::default();
+        if let Some((distance, distance_gradient)) = grid::sample(&frame.grid, self.nodes, p_rest) {
+            let (value, slope) = transfer(distance, frame.grid.support_radius);
+            limb = Sample { value, gradient: distance_gradient * slope };
         }
-        let sample = group(frame, nodes, muscles, p_posed);
-        if sample.value > result.sample.value {
-            result = GroupSample { sample, group: index as u32 };
+        let mut best = Sample::default();
+        for m in &self.muscles[frame.grid.muscle_begin as usize..frame.grid.muscle_end as usize] {
+            if m.reaches(p_rest) {
+                let sample = muscle::evaluate(m, m.points(self.axes), p_rest);
+                if sample.value > best.value {
+                    best = sample;
+                }
+            }
         }
+        let composed = if best.value > 0.0 { detail_samples(limb, best) } else { limb };
+        Sample { value: composed.value, gradient: transpose_vector(&frame.to_rest, composed.gradient) }
     }
-    result
-}
 
-/// Largest field of any group but `owner` at a point.
-pub fn strongest_other(
-    groups: &[GroupFrame],
-    nodes: &[Vec4],
-    muscles: &[MuscleFrame],
-    owner: u32,
-    p_posed: Vec3,
-) -> f32 {
-    let others = groups.iter().enumerate().filter(|(index, frame)| *index as u32 != owner && frame.present != 0);
-    others.map(|(_, frame)| group(frame, nodes, muscles, p_posed).value).fold(0.0, f32::max)
+    /// The composed field at a posed point: the largest of the groups' fields.
+    #[inline]
+    pub fn composed(&self, p_posed: Vec3) -> GroupSample {
+        let mut result = GroupSample { sample: Sample::default(), group: NO_GROUP };
+        for (index, frame) in self.groups.iter().enumerate() {
+            if frame.present == 0 {
+                continue;
+            }
+            let sample = self.group(frame, p_posed);
+            if sample.value > result.sample.value {
+                result = GroupSample { sample, group: index as u32 };
+            }
+        }
+        result
+    }
+
+    /// Largest field of any group but `owner` at a point.
+    pub fn strongest_other(&self, owner: u32, p_posed: Vec3) -> f32 {
+        let others = self.groups.iter().enumerate();
+        let others = others.filter(|(index, frame)| *index as u32 != owner && frame.present != 0);
+        others.map(|(_, frame)| self.group(frame, p_posed).value).fold(0.0, f32::max)
+    }
 }
 
 /// Field values that neighbouring groups must differ by at a contact: how far skin stops short of skin.
@@ -98,48 +108,43 @@ pub(crate) const CONTACT_AGREE: f32 = 0.95;
 /// See [`CONTACT_AGREE`].
 pub(crate) const CONTACT_TURN: f32 = 0.1;
 
-/// What a vertex of group `owner` tracks: the composed field, and at a contact its own side of it (prototypes 3).
-///
-/// With `n` the directions of the owner's field and of the strongest other field, `w` goes from 0 to 1 as they part,
-/// and `G = (1 - w) max(own, other) + w own - w max(0, other - limit)`: where skin faces skin, a vertex stays on its
-/// own surface and out of the other one. The derivative of `w` is left out, as in the authors' operators.
-#[inline]
-pub fn own_side(
-    groups: &[GroupFrame],
-    nodes: &[Vec4],
-    muscles: &[MuscleFrame],
-    owner: u32,
-    limit: f32,
-    p_posed: Vec3,
-) -> GroupSample {
-    let mut own = Sample::default();
-    let mut other = GroupSample { sample: Sample::default(), group: NO_GROUP };
-    for (index, frame) in groups.iter().enumerate() {
-        if frame.present == 0 {
-            continue;
+impl FieldInput<'_> {
+    /// What a vertex of group `owner` tracks: the composed field, and at a contact its own side of it (prototypes 3).
+    ///
+    /// With `n` the directions of the owner's field and of the strongest other field, `w` goes from 0 to 1 as they part,
+    /// and `G = (1 - w) max(own, other) + w own - w max(0, other - limit)`: where skin faces skin, a vertex stays on its
+    /// own surface and out of the other one. The derivative of `w` is left out, as in the authors' operators.
+    #[inline]
+    pub fn own_side(&self, owner: u32, limit: f32, p_posed: Vec3) -> GroupSample {
+        let mut own = Sample::default();
+        let mut other = GroupSample { sample: Sample::default(), group: NO_GROUP };
+        for (index, frame) in self.groups.iter().enumerate() {
+            if frame.present == 0 {
+                continue;
+            }
+            let sample = self.group(frame, p_posed);
+            if index as u32 == owner {
+                own = sample;
+            } else if sample.value > other.sample.value {
+                other = GroupSample { sample, group: index as u32 };
+            }
         }
-        let sample = group(frame, nodes, muscles, p_posed);
-        if index as u32 == owner {
-            own = sample;
-        } else if sample.value > other.sample.value {
-            other = GroupSample { sample, group: index as u32 };
+        let union = if other.sample.value > own.value { other } else { GroupSample { sample: own, group: owner } };
+        let product = own.gradient.dot(own.gradient) * other.sample.gradient.dot(other.sample.gradient);
+        if product <= 0.0 {
+            return union;
         }
+        let cosine = own.gradient.dot(other.sample.gradient) / product.sqrt();
+        let t = ((CONTACT_AGREE - cosine) / CONTACT_TURN).clamp(0.0, 1.0);
+        let w = t * t * (3.0 - 2.0 * t);
+        let mut value = (1.0 - w) * union.sample.value + w * own.value;
+        let mut gradient = union.sample.gradient * (1.0 - w) + own.gradient * w;
+        if other.sample.value > limit {
+            value -= w * (other.sample.value - limit);
+            gradient -= other.sample.gradient * w;
+        }
+        GroupSample { sample: Sample { value, gradient }, group: union.group }
     }
-    let union = if other.sample.value > own.value { other } else { GroupSample { sample: own, group: owner } };
-    let product = own.gradient.dot(own.gradient) * other.sample.gradient.dot(other.sample.gradient);
-    if product <= 0.0 {
-        return union;
-    }
-    let cosine = own.gradient.dot(other.sample.gradient) / product.sqrt();
-    let t = ((CONTACT_AGREE - cosine) / CONTACT_TURN).clamp(0.0, 1.0);
-    let w = t * t * (3.0 - 2.0 * t);
-    let mut value = (1.0 - w) * union.sample.value + w * own.value;
-    let mut gradient = union.sample.gradient * (1.0 - w) + own.gradient * w;
-    if other.sample.value > limit {
-        value -= w * (other.sample.value - limit);
-        gradient -= other.sample.gradient * w;
-    }
-    GroupSample { sample: Sample { value, gradient }, group: union.group }
 }
 
 #[cfg(test)]
@@ -172,6 +177,10 @@ mod tests {
         ([slab(1.0, 0.0), slab(-1.0, gap)], nodes)
     }
 
+    fn with<'a>(groups: &'a [GroupFrame], nodes: &'a [Vec4]) -> FieldInput<'a> {
+        FieldInput { groups, nodes, muscles: &[], axes: &[] }
+    }
+
     fn at(x: f32) -> Vec3 {
         Vec3::new(x, 0.1, -0.2)
     }
@@ -180,16 +189,16 @@ mod tests {
     fn facing_slabs_are_tracked_on_the_own_side() {
         let (groups, nodes) = slabs(-0.2);
         for x in [-0.3, -0.15, -0.05, 0.1] {
-            let field = |g: usize| group(&groups[g], &nodes, &[], at(x));
-            let found = own_side(&groups, &nodes, &[], 0, 0.46, at(x)).sample;
+            let field = |g: usize| with(&groups, &nodes).group(&groups[g], at(x));
+            let found = with(&groups, &nodes).own_side(0, 0.46, at(x)).sample;
             let expected = field(0).value - (field(1).value - 0.46).max(0.0);
             assert!((found.value - expected).abs() < 1e-6, "x = {x}: {} {expected}", found.value);
             assert!(found.gradient.x < 0.0, "inward of its own group at x = {x}");
-            let other = own_side(&groups, &nodes, &[], 1, 0.46, at(x)).sample;
+            let other = with(&groups, &nodes).own_side(1, 0.46, at(x)).sample;
             assert!(other.gradient.x > 0.0, "the other group's vertices go the other way");
         }
-        let contact = own_side(&groups, &nodes, &[], 0, 0.46, at(-0.1)).sample.value;
-        assert!(contact < composed(&groups, &nodes, &[], at(-0.1)).sample.value - 0.05, "the maximum has no contact");
+        let contact = with(&groups, &nodes).own_side(0, 0.46, at(-0.1)).sample.value;
+        assert!(contact < with(&groups, &nodes).composed(at(-0.1)).sample.value - 0.05, "the maximum has no contact");
     }
 
     #[test]
@@ -198,13 +207,13 @@ mod tests {
         groups[1].grid.offset = 0;
         groups[1].to_rest = Mat4::from_translation(Vec3::X * 0.1);
         for x in [-0.4, 0.0, 0.3] {
-            let found = own_side(&groups, &nodes, &[], 1, 0.0, at(x));
+            let found = with(&groups, &nodes).own_side(1, 0.0, at(x));
             // Parallel gradients give no weight to a contact, whatever the limit.
-            assert_eq!(found.sample.value, composed(&groups, &nodes, &[], at(x)).sample.value);
+            assert_eq!(found.sample.value, with(&groups, &nodes).composed(at(x)).sample.value);
         }
-        let alone = own_side(&groups[..1], &nodes, &[], 0, 0.3, at(0.05));
-        assert_eq!(alone, composed(&groups[..1], &nodes, &[], at(0.05)));
-        let away = own_side(&groups[..1], &nodes, &[], 7, 0.3, at(0.05));
+        let alone = with(&groups[..1], &nodes).own_side(0, 0.3, at(0.05));
+        assert_eq!(alone, with(&groups[..1], &nodes).composed(at(0.05)));
+        let away = with(&groups[..1], &nodes).own_side(7, 0.3, at(0.05));
         assert_eq!(away.sample, alone.sample, "a vertex whose group is gone takes what is there");
     }
 
@@ -212,8 +221,8 @@ mod tests {
     fn strongest_other_leaves_the_owner_out() {
         let (groups, nodes) = slabs(0.3);
         let p = at(-0.1);
-        assert_eq!(strongest_other(&groups, &nodes, &[], 0, p), group(&groups[1], &nodes, &[], p).value);
-        assert_eq!(strongest_other(&groups, &nodes, &[], 1, p), group(&groups[0], &nodes, &[], p).value);
-        assert_eq!(strongest_other(&groups[..1], &nodes, &[], 0, p), 0.0);
+        assert_eq!(with(&groups, &nodes).strongest_other(0, p), with(&groups, &nodes).group(&groups[1], p).value);
+        assert_eq!(with(&groups, &nodes).strongest_other(1, p), with(&groups, &nodes).group(&groups[0], p).value);
+        assert_eq!(with(&groups[..1], &nodes).strongest_other(0, p), 0.0);
     }
 }

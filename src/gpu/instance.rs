@@ -7,7 +7,10 @@ use super::{
 };
 use crate::{
     error::{PoseError, SetupError},
-    field::{evaluate::GroupFrame, muscle::MuscleFrame},
+    field::{
+        evaluate::GroupFrame,
+        muscle::{AxisPoint, MuscleFrame, MuscleInput},
+    },
     kernel::{WORKGROUP, dispatch},
     normals::NormalParams,
     rig::{FrameInputs, JointFrame, Pose},
@@ -45,7 +48,9 @@ struct Prepared {
 struct Buffers {
     joints: wgpu::Buffer,
     groups: wgpu::Buffer,
+    muscle_inputs: wgpu::Buffer,
     muscles: wgpu::Buffer,
+    axes: wgpu::Buffer,
     skinned: wgpu::Buffer,
     tracked: wgpu::Buffer,
     reports: wgpu::Buffer,
@@ -81,6 +86,8 @@ impl Batch {
             instance_count: count,
             joint_count,
             group_count: counts.groups,
+            point_count: counts.points,
+            ..MuscleParams::default()
         };
         queue.write_buffer(&batch.buffers.vertex_params, 0, bytemuck::bytes_of(&vertex));
         queue.write_buffer(&batch.buffers.muscle_params, 0, bytemuck::bytes_of(&muscle));
@@ -130,7 +137,9 @@ impl Batch {
         let joints: &[u8] = bytemuck::cast_slice(&inputs.joints);
         let groups: &[u8] = bytemuck::cast_slice(&inputs.groups);
         queue.write_buffer(&self.buffers.joints, place(joints), joints);
+        let muscles: &[u8] = bytemuck::cast_slice(&inputs.muscles);
         queue.write_buffer(&self.buffers.groups, place(groups), groups);
+        queue.write_buffer(&self.buffers.muscle_inputs, place(muscles), muscles);
     }
 
     /// Records one frame of every instance. Neither submits, polls nor maps.
@@ -165,6 +174,11 @@ impl Batch {
         &self.steps
     }
 
+    /// The rig that it plays.
+    pub fn rig(&self) -> &crate::rig::Rig {
+        &self.rig.rig
+    }
+
     /// Number of instances.
     pub fn count(&self) -> u32 {
         self.count
@@ -191,6 +205,11 @@ impl Batch {
     /// Muscles of the last frame ([`MuscleFrame`]), instance after instance.
     pub fn muscles(&self) -> &wgpu::Buffer {
         &self.buffers.muscles
+    }
+
+    /// Points of the muscles' axes in the last frame ([`AxisPoint`]), instance after instance.
+    pub fn axes(&self) -> &wgpu::Buffer {
+        &self.buffers.axes
     }
 
     /// How the march of every vertex ended ([`MarchReport`]), instance after instance.
@@ -253,6 +272,7 @@ fn counts(rig: &RigBuffers) -> Counts {
     Counts {
         vertices: rig.rig.character.vertex_count() as u32,
         muscles: rig.rig.muscles.len() as u32,
+        points: rig.rig.point_count,
         groups: rig.rig.grids.len() as u32,
     }
 }
@@ -271,7 +291,9 @@ impl Buffers {
         let sizes = [
             ("joints", times(joint_count, size_of::<JointFrame>())),
             ("groups", times(counts.groups, size_of::<GroupFrame>())),
+            ("muscle inputs", times(counts.muscles, size_of::<MuscleInput>())),
             ("shaped muscles", times(counts.muscles, size_of::<MuscleFrame>())),
+            ("muscle axes", times(counts.points, size_of::<AxisPoint>())),
             ("skinned positions", times(counts.vertices, 16)),
             ("tracked positions", times(counts.vertices, 16)),
             ("march reports", times(counts.vertices, size_of::<MarchReport>())),
@@ -281,20 +303,22 @@ impl Buffers {
         for (name, bytes) in &sizes {
             fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
         }
-        output.check(sizes[6].1, &limits)?;
+        output.check(sizes[8].1, &limits)?;
         let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
         let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
         let buffers = Buffers {
             joints: storage(sizes[0]),
             groups: storage(sizes[1]),
-            muscles: storage(sizes[2]),
-            skinned: storage(sizes[3]),
-            tracked: storage(sizes[4]),
-            reports: storage(sizes[5]),
+            muscle_inputs: storage(sizes[2]),
+            muscles: storage(sizes[3]),
+            axes: storage(sizes[4]),
+            skinned: storage(sizes[5]),
+            tracked: storage(sizes[6]),
+            reports: storage(sizes[7]),
             output: match output {
                 Output::Caller { buffer, .. } => buffer,
                 Output::Owned => {
-                    buffer(device, sizes[6].0, sizes[6].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
+                    buffer(device, sizes[8].0, sizes[8].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
                 }
             },
             vertex_params: uniform("vertex params", size_of::<VertexParams>()),
@@ -336,15 +360,18 @@ fn prepare(
     let shape = [
         ("params", &b.muscle_params),
         ("muscles_rest", &rig.muscles),
+        ("inputs", &b.muscle_inputs),
         ("joints", &b.joints),
         ("groups", &b.groups),
         ("shaped", &b.muscles),
+        ("axes", &b.axes),
     ];
     let march = [
         ("params", &b.march_params),
         ("groups", &b.groups),
         ("nodes", &rig.nodes),
         ("muscles", &b.muscles),
+        ("axes", &b.axes),
         ("targets", &rig.targets),
         ("skinned", &b.skinned),
         ("tracked", &b.tracked),

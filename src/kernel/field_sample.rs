@@ -2,7 +2,11 @@
 
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
 use crate::{
-    field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame},
+    field::{
+        GroupGrid,
+        evaluate::GroupFrame,
+        muscle::{AxisPoint, MuscleFrame},
+    },
     schedule::KernelId,
     tracking::SampleParams,
 };
@@ -11,15 +15,27 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::FieldSample,
     stem: "field_sample",
     source: include_str!("../../shaders/kernels/field_sample.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::FIELD],
+    parts: &[source::DISPATCH, source::MATH, source::TRANSFER, source::MUSCLE, source::MUSCLE_FIELD, source::FIELD],
     structs: STRUCTS,
     constants: &[],
     bindings: BINDINGS,
     twin: "tracking::sample",
 };
 
-const STRUCTS: &[SharedStruct] =
-    &[shared::<SampleParams>(), shared::<GroupGrid>(), shared::<GroupFrame>(), shared::<MuscleFrame>()];
+const STRUCTS: &[SharedStruct] = &[
+    shared::<SampleParams>(),
+    shared::<GroupGrid>(),
+    shared::<GroupFrame>(),
+    shared::<AxisPoint>(),
+    shared::<MuscleFrame>(),
+];
 
-const BINDINGS: &[Binding] =
-    &[uniform("params"), read("groups"), read("nodes"), read("muscles"), read("points"), write("samples")];
+const BINDINGS: &[Binding] = &[
+    uniform("params"),
+    read("groups"),
+    read("nodes"),
+    read("muscles"),
+    read("axes"),
+    read("points"),
+    write("samples"),
+];

@@ -2,7 +2,11 @@
 
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
 use crate::{
-    field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleFrame},
+    field::{
+        GroupGrid,
+        evaluate::GroupFrame,
+        muscle::{AxisPoint, MuscleFrame},
+    },
     rig::VertexTarget,
     schedule::KernelId,
     tracking::{self, MarchParams, MarchReport, StopReason},
@@ -12,7 +16,15 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::March,
     stem: "march",
     source: include_str!("../../shaders/kernels/march.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::FIELD, source::CONTACT],
+    parts: &[
+        source::DISPATCH,
+        source::MATH,
+        source::TRANSFER,
+        source::MUSCLE,
+        source::MUSCLE_FIELD,
+        source::FIELD,
+        source::CONTACT,
+    ],
     structs: STRUCTS,
     constants: &[
         ("MIN_GRADIENT_SQUARED", tracking::MIN_GRADIENT_SQUARED as f64),
@@ -32,6 +44,7 @@ const STRUCTS: &[SharedStruct] = &[
     shared::<MarchParams>(),
     shared::<GroupGrid>(),
     shared::<GroupFrame>(),
+    shared::<AxisPoint>(),
     shared::<MuscleFrame>(),
     shared::<VertexTarget>(),
     shared::<MarchReport>(),
@@ -42,6 +55,7 @@ const BINDINGS: &[Binding] = &[
     read("groups"),
     read("nodes"),
     read("muscles"),
+    read("axes"),
     read("targets"),
     read("skinned"),
     write("tracked"),

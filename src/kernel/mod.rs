@@ -6,6 +6,7 @@ pub mod source;
 
 mod field_sample;
 mod march;
+mod muscle_sample;
 mod muscle_shape;
 mod normals;
 mod skin_dual_quaternion;
@@ -83,13 +84,14 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 6] = [
+pub const KERNELS: [Kernel; 7] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     muscle_shape::KERNEL,
     march::KERNEL,
     normals::KERNEL,
     field_sample::KERNEL,
+    muscle_sample::KERNEL,
 ];
 
 /// The description of a kernel.
@@ -101,6 +103,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::March => &march::KERNEL,
         KernelId::Normals => &normals::KERNEL,
         KernelId::FieldSample => &field_sample::KERNEL,
+        KernelId::MuscleSample => &muscle_sample::KERNEL,
     }
 }
 

@@ -5,7 +5,7 @@ use crate::{
     field::{
         GroupGrid,
         evaluate::GroupFrame,
-        muscle::{self, MuscleFrame, MuscleRest},
+        muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
     },
     rig::JointFrame,
     schedule::KernelId,
@@ -16,12 +16,12 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleShape,
     stem: "muscle_shape",
     source: include_str!("../../shaders/kernels/muscle_shape.wgsl"),
-    parts: &[source::DISPATCH, source::MATH],
+    parts: &[source::DISPATCH, source::MATH, source::AXIS],
     structs: STRUCTS,
     constants: &[
         ("MIN_LENGTH", muscle::MIN_LENGTH as f64),
-        ("ACTIVE_SHORTENING", muscle::ACTIVE_SHORTENING as f64),
         ("LEAST_SUPPORT_RADII", muscle::LEAST_SUPPORT_RADII as f64),
+        ("ROUNDING", muscle::ROUNDING as f64),
         ("PI", std::f32::consts::PI as f64),
     ],
     bindings: BINDINGS,
@@ -31,11 +31,20 @@ pub(super) const KERNEL: Kernel = Kernel {
 const STRUCTS: &[SharedStruct] = &[
     shared::<MuscleParams>(),
     shared::<MuscleRest>(),
+    shared::<MuscleInput>(),
+    shared::<AxisPoint>(),
     shared::<JointFrame>(),
     shared::<GroupGrid>(),
     shared::<GroupFrame>(),
     shared::<MuscleFrame>(),
 ];
 
-const BINDINGS: &[Binding] =
-    &[uniform("params"), read("muscles_rest"), read("joints"), read("groups"), write("shaped")];
+const BINDINGS: &[Binding] = &[
+    uniform("params"),
+    read("muscles_rest"),
+    read("inputs"),
+    read("joints"),
+    read("groups"),
+    write("shaped"),
+    write("axes"),
+];

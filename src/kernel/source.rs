@@ -1,7 +1,7 @@
 //! A kernel's WGSL, assembled by concatenation, with a map from its lines back to the files they came from.
 
 use super::{Kernel, SharedStruct, WORKGROUP};
-use crate::field::{compose, evaluate};
+use crate::field::{compose, evaluate, muscle::axis};
 use std::ops::Range;
 
 /// Shared WGSL.
@@ -27,10 +27,32 @@ pub const DISPATCH: Part = Part {
 /// Vector helpers.
 pub const MATH: Part =
     Part { file: "shaders/shared/math.wgsl", text: include_str!("../../shaders/shared/math.wgsl"), constants: &[] };
-/// The muscle primitive.
+/// From raw distance to a compact field.
+pub const TRANSFER: Part = Part {
+    file: "shaders/shared/transfer.wgsl",
+    text: include_str!("../../shaders/shared/transfer.wgsl"),
+    constants: &[],
+};
+/// Frames of a muscle's axis.
+pub const AXIS: Part = Part {
+    file: "shaders/shared/axis.wgsl",
+    text: include_str!("../../shaders/shared/axis.wgsl"),
+    constants: &[
+        ("AXIS_CLEAR_TURN", axis::CLEAR_TURN as f64),
+        ("AXIS_CLEAR_SHARE", axis::CLEAR_SHARE as f64),
+        ("AXIS_NO_DIRECTION", axis::NO_DIRECTION as f64),
+    ],
+};
+/// Projection on a muscle's axis, and its profile.
 pub const MUSCLE: Part =
     Part { file: "shaders/shared/muscle.wgsl", text: include_str!("../../shaders/shared/muscle.wgsl"), constants: &[] };
-/// Transfer, grids, composition.
+/// A muscle's compact field.
+pub const MUSCLE_FIELD: Part = Part {
+    file: "shaders/shared/muscle_field.wgsl",
+    text: include_str!("../../shaders/shared/muscle_field.wgsl"),
+    constants: &[],
+};
+/// Grids, composition.
 pub const FIELD: Part = Part {
     file: "shaders/shared/field.wgsl",
     text: include_str!("../../shaders/shared/field.wgsl"),
@@ -50,7 +72,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 5] = [DISPATCH, MATH, MUSCLE, FIELD, CONTACT];
+pub const PARTS: [Part; 8] = [DISPATCH, MATH, TRANSFER, AXIS, MUSCLE, MUSCLE_FIELD, FIELD, CONTACT];
 
 /// An assembled kernel.
 #[derive(Clone, Debug)]

@@ -10,11 +10,11 @@ mod capture;
 pub use capture::capture;
 
 use crate::{
-    field::muscle::MuscleFrame,
+    field::muscle::{AxisPoint, MuscleFrame},
     reference::Trace,
     tracking::{MarchReport, StopReason},
 };
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec4, Vec4Swizzles};
 use serde::Serialize;
 
 /// What came from the GPU.
@@ -24,6 +24,8 @@ pub struct GpuResult {
     pub skinned: Vec<Vec4>,
     /// Muscles as shaped.
     pub muscles: Vec<MuscleFrame>,
+    /// Points of the muscles' axes.
+    pub axes: Vec<AxisPoint>,
     /// Marched positions; empty without a march.
     pub tracked: Vec<Vec4>,
     /// How each march ended; empty without a march.
@@ -110,6 +112,7 @@ pub fn compare(gpu: &GpuResult, cpu: CpuResult, height: f32) -> Vec<StageReport>
     let mut stages = vec![vectors("skinned", &gpu.skinned, &trace.skinned, unit, SKINNED)];
     if !trace.muscles.is_empty() {
         stages.push(muscles(&gpu.muscles, &trace.muscles, unit));
+        stages.push(axes(&gpu.axes, &trace.axes, unit));
     }
     if !trace.tracked.is_empty() {
         let mut report = vectors("tracked", &gpu.tracked, &trace.tracked, unit, TRACKED);
@@ -138,18 +141,27 @@ pub fn vectors(stage: &'static str, gpu: &[Vec4], cpu: &[Vec4], unit: f32, toler
 fn muscles(gpu: &[MuscleFrame], cpu: &[MuscleFrame], unit: f32) -> StageReport {
     let pairs = gpu.iter().zip(cpu).map(|(g, c)| {
         let lengths = [
-            (g.origin.xyz() - c.origin.xyz()).length(),
-            (g.origin.w - c.origin.w).abs(),
-            (g.normal.w - c.normal.w).abs(),
+            (g.length - c.length).abs(),
+            (g.width - c.width).abs(),
             (g.support_radius - c.support_radius).abs(),
+            (g.lowest.xyz() - c.lowest.xyz()).length(),
+            (g.highest.xyz() - c.highest.xyz()).length(),
         ];
-        let turned: Vec3 = (g.axis.xyz() - c.axis.xyz()).abs().max((g.normal.xyz() - c.normal.xyz()).abs());
-        let numbers = (g.activation - c.activation).abs();
-        let same = (g.alpha, g.beta, g.present) == (c.alpha, c.beta, c.present);
-        let difference = lengths.iter().fold(turned.max_element().max(numbers), |a, &b| a.max(b * unit));
+        let numbers = (g.activation - c.activation).abs().max((g.factors - c.factors).abs().max_element());
+        let same = (g.exponents, g.terms, g.segments, g.present) == (c.exponents, c.terms, c.segments, c.present);
+        let difference = lengths.iter().fold(numbers, |a, &b| a.max(b * unit));
         (if same { difference } else { f32::INFINITY }, 1.0)
     });
     measure("muscles", gpu.len(), cpu.len(), pairs, MUSCLES)
+}
+
+fn axes(gpu: &[AxisPoint], cpu: &[AxisPoint], unit: f32) -> StageReport {
+    let pairs = gpu.iter().zip(cpu).map(|(g, c)| {
+        let moved = (g.position.xyz() - c.position.xyz()).length().max((g.position.w - c.position.w).abs());
+        let turned = (g.tangent.xyz() - c.tangent.xyz()).length().max((g.normal.xyz() - c.normal.xyz()).length());
+        ((moved * unit).max(turned).max((g.normal.w - c.normal.w).abs()), 1.0)
+    });
+    measure("muscle axes", gpu.len(), cpu.len(), pairs, MUSCLES)
 }
 
 /// Share of vertices that stopped for the same reason on both sides.
@@ -240,6 +252,7 @@ mod tests {
             steps: Vec::new(),
             skinned: line(100),
             muscles: Vec::new(),
+            axes: Vec::new(),
             tracked: line(100),
             reports: stopped(1),
             normals: vec![Vec4::Y; 100],

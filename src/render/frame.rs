@@ -1,12 +1,12 @@
 //! One picture: what is in it, and how it is drawn.
 
 use super::camera::Camera;
+use super::color_mesh::ColorMesh;
 use super::mesh::{SkinMesh, VERTEX_STRIDE, upload};
 use super::picture::Picture;
 use super::renderer::{Renderer, SOLID_STRIDE};
 use super::shader::ViewParams;
 use super::targets::Targets;
-use super::tubes::ColorMesh;
 use crate::error::DeviceError;
 use crate::gpu::Headless;
 use glam::Mat4;

@@ -5,6 +5,7 @@
 //! come from the host each frame.
 
 mod camera;
+mod color_mesh;
 mod frame;
 mod mesh;
 mod muscles;
@@ -12,13 +13,12 @@ mod picture;
 mod renderer;
 pub mod shader;
 mod targets;
-mod tubes;
 
 pub use camera::{Camera, Direction, enclose};
+pub use color_mesh::{ColorMesh, activation_color};
 pub use frame::{Frame, Light, Surface, View};
 pub use mesh::{Look, MaterialParams, Run, SkinMesh, VERTEX_STRIDE, interleaved, vertex_buffer};
 pub use muscles::{muscle_mesh, muscle_meshes};
 pub use picture::{Picture, contact_sheet};
 pub use renderer::Renderer;
 pub use targets::Targets;
-pub use tubes::{Axis, ColorMesh, activation_color, tube};

@@ -10,7 +10,7 @@ use crate::{
     field::{
         GroupGrid,
         evaluate::{self, CONTACT_GAP, GroupSample, NO_GROUP},
-        muscle::{MuscleFrame, MuscleRest},
+        muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
     },
 };
 use glam::{Vec4, Vec4Swizzles};
@@ -63,10 +63,16 @@ pub struct Rig {
     pub nodes: Vec<Vec4>,
     /// How well each group's field fits.
     pub fits: Vec<FitReport>,
-    /// Names of the muscles, sorted by group.
+    /// The muscles as their author gave them, in the author's order.
+    pub specs: Vec<MuscleSpec>,
+    /// Names of the muscles below; fibres of a set are numbered from 1.
     pub muscle_names: Vec<String>,
-    /// The muscles, sorted by group.
+    /// The muscles, one per fibre, sorted by group.
     pub muscles: Vec<MuscleRest>,
+    /// Per muscle its author's entry in `specs`.
+    pub spec_of: Vec<u32>,
+    /// Points of all muscles' axes together.
+    pub point_count: u32,
     /// One per vertex.
     pub targets: Vec<VertexTarget>,
     /// Triangles around every vertex.
@@ -94,14 +100,25 @@ impl Rig {
         check(&character).map_err(|what| RigError::Character { character: character.name.clone(), what })?;
         let groups = FieldGroups::detect(&character);
         let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
-        let mut resolved = muscles
-            .iter()
-            .map(|spec| Ok((spec.name.clone(), muscle::resolve(spec, &character, &groups)?)))
-            .collect::<Result<Vec<_>, RigError>>()?;
+        let mut resolved: Vec<(String, u32, MuscleRest)> = Vec::new();
+        for (index, spec) in (0..).zip(muscles) {
+            let fibres = muscle::resolve(spec, &character, &groups)?;
+            let single = fibres.len() == 1;
+            let name = |i| if single { spec.name.clone() } else { format!("{}/{i}", spec.name) };
+            resolved.extend((1..).zip(fibres).map(|(i, rest)| (name(i), index, rest)));
+        }
         // Muscles live in their groups' fields: without fields they are checked, and left out.
         resolved.retain(|_| options.fields);
-        resolved.sort_by_key(|(_, rest)| rest.group);
-        let (muscle_names, muscles): (Vec<_>, Vec<_>) = resolved.into_iter().unzip();
+        resolved.sort_by_key(|(_, _, rest)| rest.group);
+        let mut point_count = 0;
+        for (_, _, rest) in &mut resolved {
+            rest.first_point = point_count;
+            point_count += rest.segments + 1;
+        }
+        let muscle_names = resolved.iter().map(|(name, _, _)| name.clone()).collect();
+        let spec_of = resolved.iter().map(|(_, spec, _)| *spec).collect();
+        let specs = if options.fields { muscles.to_vec() } else { Vec::new() };
+        let muscles: Vec<MuscleRest> = resolved.into_iter().map(|(_, _, rest)| rest).collect();
         let mut grids = fields.grids;
         for (g, grid) in grids.iter_mut().enumerate() {
             grid.muscle_begin = muscles.partition_point(|m: &MuscleRest| (m.group as usize) < g) as u32;
@@ -116,8 +133,11 @@ impl Rig {
             grids,
             nodes: fields.nodes,
             fits: fields.fits,
+            specs,
             muscle_names,
             muscles,
+            spec_of,
+            point_count,
         };
         rig.aim();
         Ok(rig)
@@ -128,6 +148,21 @@ impl Rig {
         self.targets.iter().filter(|t| t.follows != 0).count()
     }
 
+    /// Every muscle in the rest pose with activation 0, and the points of their axes.
+    pub fn muscles_at_rest(&self) -> (Vec<MuscleFrame>, Vec<AxisPoint>) {
+        let mut axes = vec![AxisPoint::default(); self.point_count as usize];
+        let shaped = self.muscles.iter().enumerate().map(|(i, rest)| {
+            let first = rest.first_point as usize;
+            rest.at_rest(&self.rest_input(i), &mut axes[first..=first + rest.segments as usize])
+        });
+        (shaped.collect(), axes)
+    }
+
+    /// The input of a muscle in its rest shape.
+    fn rest_input(&self, index: usize) -> MuscleInput {
+        muscle::rest_input(&self.specs[self.spec_of[index] as usize])
+    }
+
     /// Rest iso-values with the muscles in, and which vertices the field can hold (prototypes 3).
     fn aim(&mut self) {
         use rayon::prelude::*;
@@ -135,18 +170,14 @@ impl Rig {
             return;
         }
         let Ok(inputs) = FrameInputs::new(self, &Pose::rest(&self.character)) else { return };
-        let shaped: Vec<MuscleFrame> = self.muscles.iter().map(MuscleRest::at_rest).collect();
+        let (shaped, axes) = self.muscles_at_rest();
         self.targets = (0..self.character.vertex_count())
             .into_par_iter()
             .map(|v| {
-                let found = evaluate::composed(&inputs.groups, &self.nodes, &shaped, self.positions_rest[v].xyz());
-                let others = evaluate::strongest_other(
-                    &inputs.groups,
-                    &self.nodes,
-                    &shaped,
-                    found.group,
-                    self.positions_rest[v].xyz(),
-                );
+                let field =
+                    evaluate::FieldInput { groups: &inputs.groups, nodes: &self.nodes, muscles: &shaped, axes: &axes };
+                let found = field.composed(self.positions_rest[v].xyz());
+                let others = field.strongest_other(found.group, self.positions_rest[v].xyz());
                 VertexTarget {
                     iso: found.sample.value,
                     follows: self.holds(v, &found).into(),

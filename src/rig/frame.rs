@@ -1,7 +1,12 @@
 //! What one pose makes of a rig: the plain data that both the kernels and their twins read.
 
+use super::muscle::rest_input;
 use super::{Pose, Rig};
-use crate::{error::PoseError, field::evaluate::GroupFrame, math::polar};
+use crate::{
+    error::PoseError,
+    field::{evaluate::GroupFrame, muscle::MuscleInput},
+    math::polar,
+};
 use glam::{Mat4, Quat, Vec4};
 
 crate::gpu_struct! {
@@ -25,6 +30,8 @@ pub struct FrameInputs {
     pub joints: Vec<JointFrame>,
     /// One per field group; empty where the rig has no fields.
     pub groups: Vec<GroupFrame>,
+    /// One per muscle.
+    pub muscles: Vec<MuscleInput>,
 }
 
 impl FrameInputs {
@@ -59,6 +66,7 @@ impl FrameInputs {
                     }
                 })
                 .collect(),
+            muscles: rig.spec_of.iter().map(|&spec| rest_input(&rig.specs[spec as usize])).collect(),
         })
     }
 }

@@ -1,85 +1,178 @@
-//! Muscles as an author gives them, and as the stages read them.
+//! Muscles checked against their character, and brought into the form that the stages read.
 
-use super::{Attachment, MuscleSize, MuscleSpec};
-use crate::rig::{Character, FieldGroups};
+use super::{Attachment, FibreSet, MuscleShape, MuscleSize, MuscleSpec};
 use crate::{
     error::MuscleError,
-    field::muscle::{MAX_ECCENTRICITY, MuscleRest, ellipse_squared, profile_max, profile_scale},
+    field::muscle::{
+        MuscleInput, MuscleRest, Profile,
+        axis::{MAX_SEGMENTS, MIN_SEGMENTS},
+        profile::{MAX_ECCENTRICITY, MAX_EXPONENT},
+    },
     math::{transform_point, transform_vector},
+    rig::{Character, FieldGroups},
 };
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 
 /// Support of the muscle's field outside its surface, in largest rest radii (background 3.2: .5 to 1).
 const SUPPORT_RADII: f32 = 0.75;
 
-/// Checks a muscle against its character and derives what the stages read.
+/// Fewest and most fibres of a set.
+const FIBRES: std::ops::RangeInclusive<u32> = 2..=32;
+
+/// Checks a muscle against its character and derives what the stages read: one entry per fibre, one for a muscle that
+/// is not a set. `first_point` is left 0.
 ///
 /// # Errors
 /// A bone that the character lacks or that has no field, coincident ends, or a number out of its range.
-pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -> Result<MuscleRest, MuscleError> {
+pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -> Result<Vec<MuscleRest>, MuscleError> {
     let joint = |role, bone: &str| find_bone(spec, character, role, bone);
-    let value = |what: String| MuscleError::Value { muscle: spec.name.clone(), what };
     let (from, to) = (joint("origin", &spec.origin.bone)?, joint("insertion", &spec.insertion.bone)?);
     let group = groups.group_of_joint[joint("field", &spec.bone)?];
     if group == u32::MAX {
         return Err(MuscleError::NoField { muscle: spec.name.clone(), bone: spec.bone.clone() });
     }
-    for (name, exponent) in [("alpha", spec.rest.alpha), ("beta", spec.rest.beta)] {
-        if !(2..=9).contains(&exponent) {
-            return Err(value(format!("{name} is {exponent}, and must be a whole number from 2 to 9")));
+    check(spec)?;
+    let (origins, origin_normal) =
+        ends(character, from, &spec.origin, spec.fibres.as_ref().map(|f| &f.origin_line), spec);
+    let (insertions, insertion_normal) =
+        ends(character, to, &spec.insertion, spec.fibres.as_ref().map(|f| &f.insertion_line), spec);
+    let total: f32 = origins.iter().zip(&insertions).map(|(o, i)| o.distance(*i)).sum();
+    let fibre = |origin: Vec3, insertion: Vec3| {
+        let length = origin.distance(insertion);
+        let width = width(spec, character, length, total)?;
+        Ok(MuscleRest {
+            origin: origin.extend(std::f32::consts::PI * width * width * length),
+            insertion: insertion.extend(SUPPORT_RADII * width * profile(&spec.rest).max()),
+            origin_normal: origin_normal.extend(length),
+            insertion_normal: insertion_normal.extend(0.0),
+            origin_joint: from as u32,
+            insertion_joint: to as u32,
+            group,
+            segments: spec.segments,
+            ..MuscleRest::default()
+        })
+    };
+    origins.into_iter().zip(insertions).map(|(o, i)| fibre(o, i)).collect()
+}
+
+/// A muscle's input in its rest shape, activation 0.
+pub(in crate::rig) fn rest_input(spec: &MuscleSpec) -> MuscleInput {
+    let input = MuscleInput::new(&profile(&spec.rest), spec.rest.eccentricity);
+    MuscleInput { width: spec.rest.width, stiffness: spec.stiffness, ..input }
+}
+
+fn profile(shape: &MuscleShape) -> Profile {
+    Profile::of(shape.alpha, shape.beta)
+}
+
+/// What can be said of a muscle without its character.
+fn check(spec: &MuscleSpec) -> Result<(), MuscleError> {
+    let refuse = |key: &str, what: String| {
+        Err(MuscleError::Value { muscle: spec.name.clone(), key: key.into(), what: format!("{key} {what}") })
+    };
+    for (active, shape) in [("", &spec.rest), ("active.", &spec.active)] {
+        for (name, exponent) in [("alpha", shape.alpha), ("beta", shape.beta)] {
+            if !(1..=MAX_EXPONENT).contains(&exponent) {
+                let what = format!("is {exponent}, and must be a whole number from 1 to {MAX_EXPONENT}");
+                return refuse(&format!("{active}{name}"), what);
+            }
+        }
+        if !(0.0..=MAX_ECCENTRICITY).contains(&shape.eccentricity) {
+            let what = format!("is {}, and must be in 0 to {MAX_ECCENTRICITY}", shape.eccentricity);
+            return refuse(&format!("{active}eccentricity"), what);
+        }
+        if !(shape.width > 0.0 && shape.width <= 10.0) {
+            return refuse(
+                &format!("{active}width"),
+                format!("factor is {}, and must be over 0 and at most 10", shape.width),
+            );
         }
     }
-    if !(0.0..=MAX_ECCENTRICITY).contains(&spec.rest.eccentricity) {
-        return Err(value(format!(
-            "eccentricity is {}, and must be in 0 to {MAX_ECCENTRICITY}",
-            spec.rest.eccentricity
-        )));
+    if !(MIN_SEGMENTS..=MAX_SEGMENTS).contains(&spec.segments) {
+        return refuse("segments", format!("is {}, and must be in {MIN_SEGMENTS} to {MAX_SEGMENTS}", spec.segments));
     }
-    let (origin, origin_normal) = placed(character, from, &spec.origin);
-    let (insertion, insertion_normal) = placed(character, to, &spec.insertion);
-    if ![origin, insertion, origin_normal, insertion_normal].iter().all(|v| v.is_finite()) {
-        return Err(value("an offset or normal is not finite".into()));
+    if !(0.0..=1.0).contains(&spec.stiffness) {
+        return refuse("stiffness", format!("is {}, and must be in 0 to 1", spec.stiffness));
     }
-    let length = origin.distance(insertion);
+    if !(0.0..=0.45).contains(&spec.tendon) {
+        return refuse("tendon", format!("is {}, and must be in 0 to 0.45", spec.tendon));
+    }
+    for (name, end, line) in [
+        ("origin", &spec.origin, spec.fibres.as_ref().map(|f| &f.origin_line)),
+        ("insertion", &spec.insertion, spec.fibres.as_ref().map(|f| &f.insertion_line)),
+    ] {
+        if !(end.offset.is_finite() && end.normal.is_finite()) {
+            return refuse(&format!("{name}.offset"), "or the normal beside it is not finite".into());
+        }
+        if line.is_some_and(|line| line.iter().any(|p| !p.is_finite())) {
+            return refuse(&format!("fibres.{name}_line"), "has a point that is not finite".into());
+        }
+    }
+    match &spec.fibres {
+        Some(FibreSet { count, .. }) if !FIBRES.contains(count) => {
+            refuse("fibres.count", format!("is {count}, and must be in {} to {}", FIBRES.start(), FIBRES.end()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The width w of one fibre at rest, of a muscle whose fibres are `total` long together.
+fn width(spec: &MuscleSpec, character: &Character, length: f32, total: f32) -> Result<f32, MuscleError> {
+    let refuse = |key: &str, what| Err(MuscleError::Value { muscle: spec.name.clone(), key: key.into(), what });
     if length < 1e-4 {
-        return Err(value(format!("origin and insertion are {length} m apart at rest; move one of them")));
+        return refuse(
+            "insertion.offset",
+            format!("origin and insertion are {length} m apart at rest; move one of them"),
+        );
     }
-    let highest = profile_max(spec.rest.alpha, spec.rest.beta);
-    let width = match spec.size {
-        MuscleSize::Width(w) => w / highest,
-        MuscleSize::Volume(v) => (v / (std::f32::consts::PI * length)).sqrt(),
+    let highest = profile(&spec.rest).max();
+    let (key, width) = match spec.size {
+        MuscleSize::Width(w) => ("width", w / highest),
+        MuscleSize::Volume(v) => ("volume", (v / (std::f32::consts::PI * total)).sqrt()),
     };
     // As thick as its character is tall is a slip of units, and larger numbers overflow further on.
     let tallest = character.height_rest().max(1e-6);
     if !(width > 0.0 && width * highest <= tallest && length <= 100.0 * tallest) {
-        return Err(value(format!(
+        let what = format!(
             "it is {length} m long and {} m thick at rest, beside a character of {tallest} m; width (m) or volume (m^3) must \
              be positive, and both ends near the character",
             width * highest
-        )));
+        );
+        return refuse(key, what);
     }
-    let (short_squared, long_squared) = ellipse_squared(spec.rest.eccentricity);
-    Ok(MuscleRest {
-        origin: origin.extend(std::f32::consts::PI * width * width * length),
-        insertion: insertion.extend(SUPPORT_RADII * width * highest),
-        origin_normal: origin_normal.extend(length),
-        insertion_normal: insertion_normal.extend(0.0),
-        origin_joint: from as u32,
-        insertion_joint: to as u32,
-        group,
-        alpha: spec.rest.alpha,
-        beta: spec.rest.beta,
-        profile_scale: profile_scale(spec.rest.alpha, spec.rest.beta),
-        profile_max: highest,
-        short_squared,
-        long_squared,
-        ..MuscleRest::default()
-    })
+    Ok(width)
 }
 
-fn placed(character: &Character, joint: usize, at: &Attachment) -> (Vec3, Vec3) {
+/// The end points of all fibres at one end in scene space at rest, and the section normal there.
+fn ends(
+    character: &Character,
+    joint: usize,
+    at: &Attachment,
+    line: Option<&Vec<Vec3>>,
+    spec: &MuscleSpec,
+) -> (Vec<Vec3>, Vec3) {
     let bind = character.joints[joint].bind();
-    (transform_point(&bind, at.offset), transform_vector(&bind, at.normal).normalize_or_zero())
+    let normal = transform_vector(&bind, at.normal).normalize_or_zero();
+    (end_points(&bind, at.offset, line.map_or(&[], Vec::as_slice), spec.fibres.as_ref().map_or(1, |f| f.count)), normal)
+}
+
+/// `count` points evenly along the line from `offset` through `further`.
+fn end_points(bind: &Mat4, offset: Vec3, further: &[Vec3], count: u32) -> Vec<Vec3> {
+    let corners: Vec<Vec3> = std::iter::once(&offset).chain(further).map(|p| transform_point(bind, *p)).collect();
+    let lengths: Vec<f32> = corners.windows(2).map(|w| w[0].distance(w[1])).collect();
+    let total: f32 = lengths.iter().sum();
+    (0..count)
+        .map(|i| {
+            let mut left = total * i as f32 / (count.max(2) - 1) as f32;
+            for (pair, &length) in corners.windows(2).zip(&lengths) {
+                if left <= length && length > 0.0 {
+                    return pair[0].lerp(pair[1], left / length);
+                }
+                left -= length;
+            }
+            corners[corners.len() - 1]
+        })
+        .collect()
 }
 
 fn find_bone(spec: &MuscleSpec, character: &Character, role: &'static str, bone: &str) -> Result<usize, MuscleError> {
@@ -115,7 +208,7 @@ mod tests {
     use glam::{Mat4, Vec2};
 
     /// A spec on a character of one bone, 1 m tall.
-    fn resolved(change: impl Fn(&mut MuscleSpec)) -> Result<MuscleRest, String> {
+    fn fibres(change: impl Fn(&mut MuscleSpec)) -> Result<Vec<MuscleRest>, String> {
         let end = |y| Attachment { bone: "thigh".into(), offset: Vec3::Y * y, normal: Vec3::X };
         let mut spec = MuscleSpec::new("m", "thigh", end(0.1), end(0.5), MuscleSize::Width(0.03));
         change(&mut spec);
@@ -133,13 +226,47 @@ mod tests {
         resolve(&spec, &character, &groups).map_err(|e| e.to_string())
     }
 
+    fn resolved(change: impl Fn(&mut MuscleSpec)) -> Result<MuscleRest, String> {
+        fibres(change).map(|all| all[0])
+    }
+
+    #[test]
+    fn fibres_spread_along_their_lines_and_share_the_volume() {
+        let spread = |size| {
+            fibres(|s| {
+                let further = vec![Vec3::new(0.1, 0.1, 0.0), Vec3::new(0.1, 0.1, 0.1)];
+                s.fibres = Some(FibreSet { count: 5, origin_line: further, insertion_line: Vec::new(), overlap: true });
+                s.size = size;
+            })
+            .expect("good")
+        };
+        let all = spread(MuscleSize::Volume(2e-4));
+        let places: Vec<Vec3> = all.iter().map(|f| f.origin.truncate()).collect();
+        let expected = [(0.0, 0.0), (0.05, 0.0), (0.1, 0.0), (0.1, 0.05), (0.1, 0.1)];
+        for (place, (x, z)) in places.iter().zip(expected) {
+            assert!(place.distance(Vec3::new(x, 0.1, z)) < 1e-6, "{place}");
+        }
+        assert!(all.iter().all(|f| f.insertion.truncate() == Vec3::new(0.0, 0.5, 0.0)));
+        let sum: f32 = all.iter().map(|f| f.origin.w).sum();
+        assert!((sum / 2e-4 - 1.0).abs() < 1e-5, "{sum}");
+        let wide = spread(MuscleSize::Width(0.02));
+        assert!(wide.iter().all(|f| f.insertion.w == wide[0].insertion.w), "each fibre has the width");
+        assert!(
+            fibres(
+                |s| s.fibres = Some(FibreSet { count: 1, origin_line: vec![], insertion_line: vec![], overlap: true })
+            )
+            .expect_err("one")
+            .contains("2 to 32")
+        );
+    }
+
     #[test]
     fn width_and_volume_name_the_same_muscle() {
         let by_width = resolved(|_| ()).expect("good");
         let volume = by_width.origin.w;
         let by_volume = resolved(|s| s.size = MuscleSize::Volume(volume)).expect("good");
         assert!((by_volume.origin.w / volume - 1.0).abs() < 1e-6);
-        let radius = (volume / (std::f32::consts::PI * 0.4)).sqrt() * by_width.profile_max;
+        let radius = (volume / (std::f32::consts::PI * 0.4)).sqrt() * Profile::of(3, 3).max();
         assert!((radius - 0.03).abs() < 1e-6, "{radius}");
     }
 
@@ -153,8 +280,11 @@ mod tests {
         assert!(refused(|s| s.insertion.offset = Vec3::splat(1e30)).contains("near the character"));
         assert!(refused(|s| s.insertion.offset = s.origin.offset).contains("apart at rest"));
         assert!(refused(|s| s.origin.offset.x = f32::NAN).contains("not finite"));
-        assert!(refused(|s| s.rest.alpha = 1).contains("from 2 to 9"));
+        assert!(refused(|s| s.rest.alpha = 0).contains("alpha is 0, and must be a whole number from 1 to 9"));
         assert!(refused(|s| s.rest.eccentricity = 1.0).contains("eccentricity"));
+        assert!(refused(|s| s.active.beta = 10).contains("active.beta is 10"));
+        assert!(refused(|s| s.segments = 64).contains("3 to 63"));
+        assert!(refused(|s| s.active.width = 0.0).contains("active.width factor"));
         assert!(refused(|s| s.insertion.bone = "thihg".into()).contains("nearest names: thigh"));
     }
 
