@@ -82,7 +82,12 @@ fn placed(character: &Character, joint: usize, at: &Attachment) -> (Vec3, Vec3) 
     (transform_point(&bind, at.offset), transform_vector(&bind, at.normal).normalize_or_zero())
 }
 
-fn find_bone(spec: &MuscleSpec, character: &Character, role: &'static str, bone: &str) -> Result<usize, MuscleError> {
+pub(in crate::rig) fn find_bone(
+    spec: &MuscleSpec,
+    character: &Character,
+    role: &'static str,
+    bone: &str,
+) -> Result<usize, MuscleError> {
     character.joints.iter().position(|j| j.name == bone).ok_or_else(|| {
         let mut names: Vec<&str> = character.joints.iter().map(|j| j.name.as_str()).collect();
         names.sort_by_key(|name| distance(bone, name));
@@ -92,7 +97,7 @@ fn find_bone(spec: &MuscleSpec, character: &Character, role: &'static str, bone:
 }
 
 /// Edits that turn one name into another, case aside (Levenshtein's distance).
-fn distance(a: &str, b: &str) -> usize {
+pub(in crate::rig) fn distance(a: &str, b: &str) -> usize {
     let (a, b) = (a.to_lowercase(), b.to_lowercase());
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();
