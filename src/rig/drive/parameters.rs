@@ -65,6 +65,9 @@ pub struct MuscleParameters {
     pub shapes: ShapeBlend,
 }
 
+/// `(alpha, beta)`.
+type Pair = (u32, u32);
+
 /// What is keyed of one muscle at one moment.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Keyed {
@@ -73,7 +76,7 @@ pub(super) struct Keyed {
     width: Option<f32>,
     stiffness: Option<f32>,
     /// Two pairs and the share of the way.
-    shape: Option<((u32, u32), (u32, u32), f32)>,
+    shape: Option<(Pair, Pair, f32)>,
 }
 
 impl Keyed {
@@ -142,6 +145,6 @@ pub(super) fn share(value: f32) -> f32 {
     if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 }
 }
 
-fn exponents((alpha, beta): (u32, u32)) -> (u32, u32) {
+fn exponents((alpha, beta): Pair) -> Pair {
     (alpha.clamp(1, 9), beta.clamp(1, 9))
 }

@@ -176,10 +176,10 @@ pub fn load_tables(specs: &mut [MuscleSpec], folder: &Path) -> Result<(), TableE
     let mut files: Vec<PathBuf> = Vec::new();
     let mut known = HashSet::new();
     for driver in specs.iter().flat_map(|spec| &spec.drive.drivers) {
-        if let Source::Table { file, .. } = &driver.source {
-            if known.insert(file.clone()) {
-                files.push(file.clone());
-            }
+        if let Source::Table { file, .. } = &driver.source
+            && known.insert(file.clone())
+        {
+            files.push(file.clone());
         }
     }
     let mut left = CELLS;
