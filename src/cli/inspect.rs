@@ -63,6 +63,7 @@ struct Clip {
     start_seconds: f32,
     seconds: f32,
     channels: usize,
+    muscle_channels: usize,
 }
 
 #[derive(Serialize)]
@@ -131,6 +132,7 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
                 start_seconds: c.start,
                 seconds: c.end - c.start,
                 channels: c.channels.len(),
+                muscle_channels: c.muscle_channels.len(),
             })
             .collect(),
         materials: character
@@ -187,7 +189,11 @@ fn text(found: &Inspected) -> String {
     });
     section(format!("muscles: {}", found.muscles.len()), muscles.collect());
     let clips = found.clips.iter().enumerate();
-    let clips = clips.map(|(i, c)| format!("{i} {}: {:.3} s, {} channels", c.name, c.seconds, c.channels));
+    let clips = clips.map(|(i, c)| {
+        let channels = c.channels + c.muscle_channels;
+        let muscles = if c.muscle_channels > 0 { format!(", {} of muscles", c.muscle_channels) } else { String::new() };
+        format!("{i} {}: {:.3} s, {channels} channels{muscles}", c.name, c.seconds)
+    });
     section(format!("clips: {}", found.clips.len()), clips.collect());
     let materials = found.materials.iter().map(|m| {
         let [r, g, b, a] = m.base_color;

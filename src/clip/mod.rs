@@ -1,10 +1,11 @@
-//! Animation of the file's nodes, sampled to a [`Pose`](crate::rig::Pose).
+//! Animation of the file's nodes and muscles, sampled to a [`Pose`](crate::rig::Pose).
 
 mod sample;
 
 pub(crate) use sample::node_globals;
 
-use crate::rig::Character;
+use crate::rig::muscle::{Curve, ShapeCurve};
+use crate::rig::{Character, Key};
 use glam::{Mat4, Quat, Vec2, Vec3};
 
 /// How a key reaches the next one.
@@ -57,6 +58,56 @@ pub struct Channel {
     pub track: Track,
 }
 
+/// Which parameter of a muscle a channel keys, with its keys; times in seconds as in [`Channel::times`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum MuscleTrack {
+    /// 0..=1, joined with the muscle's drivers.
+    Activation(Curve),
+    /// 0..=.99.
+    Eccentricity(Curve),
+    /// Factor, 0..=10.
+    Width(Curve),
+    /// 0..=1.
+    Stiffness(Curve),
+    /// Exponents of the rest shape, 1..=9.
+    Shape(ShapeCurve),
+}
+
+impl MuscleTrack {
+    /// The key at a time; `None` where there are none.
+    pub fn at(&self, time: f32) -> Option<Key> {
+        match self {
+            MuscleTrack::Activation(curve) => curve.at(time).map(Key::Activation),
+            MuscleTrack::Eccentricity(curve) => curve.at(time).map(Key::Eccentricity),
+            MuscleTrack::Width(curve) => curve.at(time).map(Key::Width),
+            MuscleTrack::Stiffness(curve) => curve.at(time).map(Key::Stiffness),
+            MuscleTrack::Shape(curve) => curve.at(time),
+        }
+    }
+}
+
+/// The keys of one parameter of one muscle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MuscleChannel {
+    /// Name of the muscle in the muscle file.
+    pub muscle: String,
+    /// The parameter and its keys.
+    pub track: MuscleTrack,
+}
+
+impl MuscleChannel {
+    /// Key times in seconds, as in [`Channel::times`].
+    pub fn times(&self) -> &[f32] {
+        match &self.track {
+            MuscleTrack::Activation(c)
+            | MuscleTrack::Eccentricity(c)
+            | MuscleTrack::Width(c)
+            | MuscleTrack::Stiffness(c) => &c.times,
+            MuscleTrack::Shape(c) => &c.times,
+        }
+    }
+}
+
 /// One animation of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
@@ -66,8 +117,17 @@ pub struct Clip {
     pub start: f32,
     /// Last key of all channels, seconds.
     pub end: f32,
-    /// Channels.
+    /// Channels that move nodes.
     pub channels: Vec<Channel>,
+    /// Channels that key muscles.
+    pub muscle_channels: Vec<MuscleChannel>,
+}
+
+impl Clip {
+    /// Whether nothing is keyed.
+    pub fn is_empty(&self) -> bool {
+        self.channels.is_empty() && self.muscle_channels.is_empty()
+    }
 }
 
 /// A node's local transform.

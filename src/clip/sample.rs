@@ -1,9 +1,9 @@
 //! Choosing a motion and sampling it. Transforms are composed in f64 and rounded once, at the end: down a chain of
 //! twenty joints f32 would already lose a tenth of the tolerance against other programs.
 
-use super::{Channel, Clip, ClipChoice, Interpolation, Local, Scene, Track};
+use super::{Channel, Clip, ClipChoice, Interpolation, Local, MuscleChannel, Scene, Track};
 use crate::error::{ClipError, one_line};
-use crate::rig::Pose;
+use crate::rig::{Keyed, Pose};
 use glam::{DMat4, DQuat, DVec3, DVec4, Quat, Vec3};
 
 /// Share of a frame by which a clip may end before its last frame: key times are rounded to f32.
@@ -17,7 +17,7 @@ impl Scene {
     /// [`ClipError::Unknown`], which lists what there is.
     pub fn choose_clip(&self, name: Option<&str>) -> Result<ClipChoice, ClipError> {
         let Some(name) = name else {
-            let moving = self.clips.iter().position(|clip| !clip.channels.is_empty());
+            let moving = self.clips.iter().position(|clip| !clip.is_empty());
             return Ok(moving.map_or(ClipChoice::Default, ClipChoice::Clip));
         };
         match name {
@@ -50,6 +50,8 @@ impl Scene {
     /// Where everything is, `time` seconds after the motion's start. Before its first and after its last key a channel
     /// holds that key's value.
     ///
+    /// What the clip keys of muscles stands in [`Pose::keyed`].
+    ///
     /// [`ClipChoice::Rest`] has an identity palette; joint nodes are at the inverse of their inverse bind matrices and
     /// other nodes keep their place relative to their parents. A clip that the scene does not have is
     /// [`ClipChoice::Default`].
@@ -60,7 +62,9 @@ impl Scene {
             ClipChoice::Rest => Pose::rest(&self.character).palette,
             _ => joints.iter().map(|j| (globals[j.node as usize] * j.inverse_bind.as_dmat4()).as_mat4()).collect(),
         };
-        Pose { palette, nodes: globals.iter().map(DMat4::as_mat4).collect(), time, ..Pose::default() }
+        let nodes = globals.iter().map(DMat4::as_mat4).collect();
+        let keyed = self.clip(choice).map_or_else(Vec::new, |clip| clip.keyed(time));
+        Pose { palette, nodes, time, keyed, ..Pose::default() }
     }
 
     fn clip(&self, choice: ClipChoice) -> Option<&Clip> {
@@ -71,11 +75,25 @@ impl Scene {
     }
 }
 
+impl Clip {
+    /// A time after the clip's start in the file's own seconds.
+    fn moment(&self, time: f32) -> f32 {
+        self.start + if time.is_nan() { 0.0 } else { time }
+    }
+
+    /// What is keyed of muscles, `time` seconds after the clip's start.
+    fn keyed(&self, time: f32) -> Vec<Keyed> {
+        let moment = self.moment(time);
+        let key = |c: &MuscleChannel| c.track.at(moment).map(|key| Keyed { muscle: c.muscle.clone(), key });
+        self.muscle_channels.iter().filter_map(key).collect()
+    }
+}
+
 /// The global transform of every node, see [`Scene::pose`].
 pub(crate) fn node_globals(scene: &Scene, choice: ClipChoice, time: f32) -> Vec<DMat4> {
     let mut parts: Vec<Parts> = scene.nodes.iter().map(|node| Parts::of(&node.local)).collect();
     if let Some(clip) = scene.clip(choice) {
-        let time = clip.start + if time.is_nan() { 0.0 } else { time };
+        let time = clip.moment(time);
         for channel in &clip.channels {
             if let Some(Parts::Animated(scale, rotation, translation)) = parts.get_mut(channel.node as usize) {
                 match channel.at(time) {

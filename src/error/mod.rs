@@ -7,6 +7,7 @@ mod gltf;
 mod output;
 mod rig;
 mod setup;
+mod table;
 
 pub use clip::ClipError;
 pub use device::DeviceError;
@@ -16,3 +17,4 @@ pub(crate) use gltf::one_line;
 pub use output::OutputError;
 pub use rig::{MuscleError, MuscleFileError, PoseError, RigError};
 pub use setup::SetupError;
+pub use table::TableError;

@@ -109,4 +109,12 @@ pub enum PoseError {
         /// Seconds after the clip's start.
         time: f32,
     },
+    /// Activations of another number of muscles.
+    #[error("the pose has {given} activations and the muscle file {needed} muscles; give one each, or none")]
+    ActivationCount {
+        /// Activations given.
+        given: usize,
+        /// Muscles of the rig.
+        needed: usize,
+    },
 }

@@ -2,6 +2,7 @@
 
 mod build;
 mod character;
+pub mod drive;
 mod frame;
 pub mod groups;
 pub mod muscle;
@@ -10,6 +11,7 @@ mod topology;
 
 pub use build::{BuildOptions, Rig, VertexTarget};
 pub use character::{Character, Image, Influence, Joint, Key, Keyed, Material, Part, Pose};
+pub use drive::{Drives, Effort, MuscleParameters, ShapeBlend};
 pub use frame::{FrameInputs, JointFrame};
 pub use groups::FieldGroups;
 pub use muscle::{Attachment, MuscleShape, MuscleSize, MuscleSpec};

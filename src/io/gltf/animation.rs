@@ -1,9 +1,10 @@
-//! Animations of translation, rotation and scale.
+//! Animations of translation, rotation and scale, and of muscles.
 
 use super::accessor::Source;
-use super::label;
+use super::muscle_keys::{self, Lifted};
 use super::nodes::unit;
-use crate::clip::{Channel, Clip, Interpolation, Local, Scene, Track};
+use super::{Context, label};
+use crate::clip::{Channel, Clip, Interpolation, Local, MuscleChannel, Scene, Track};
 use crate::error::{GltfError, one_line};
 use glam::{Quat, Vec3};
 use gltf::json;
@@ -12,7 +13,7 @@ use gltf::json::animation::{Interpolation as Joined, Property};
 use gltf::json::validation::Checked;
 
 /// Reads all animations into the scene.
-pub(super) fn read(source: &Source, scene: &mut Scene) -> Result<(), GltfError> {
+pub(super) fn read(source: &Source, mut lifted: &[Lifted], scene: &mut Scene) -> Result<(), GltfError> {
     for (index, animation) in source.root.animations.iter().enumerate() {
         let element = label("animation", index, animation.name.as_deref());
         let mut channels = Vec::with_capacity(animation.channels.len());
@@ -22,13 +23,24 @@ pub(super) fn read(source: &Source, scene: &mut Scene) -> Result<(), GltfError> 
                 channels.push(channel);
             }
         }
-        let start = channels.iter().filter_map(|c| c.times.first().copied()).reduce(f32::min).unwrap_or(0.0);
-        let end = channels.iter().filter_map(|c| c.times.last().copied()).reduce(f32::max).unwrap_or(0.0);
+        let mut muscle_channels = Vec::new();
+        // They come in the file's order.
+        let (own, others) = lifted.split_at(lifted.partition_point(|l| l.animation <= index));
+        lifted = others;
+        for lifted in own {
+            muscle_channels.extend(muscle_keys::read(source, animation, lifted)?);
+        }
+        let times = || {
+            let of_nodes = channels.iter().map(|c| c.times.as_slice());
+            of_nodes.chain(muscle_channels.iter().map(MuscleChannel::times))
+        };
+        let start = times().filter_map(|t| t.first().copied()).reduce(f32::min).unwrap_or(0.0);
+        let end = times().filter_map(|t| t.last().copied()).reduce(f32::max).unwrap_or(0.0);
         let name = match animation.name.as_deref() {
             Some(name) if !name.is_empty() => one_line(name),
             _ => format!("#{index}"),
         };
-        scene.clips.push(Clip { name, start, end, channels });
+        scene.clips.push(Clip { name, start, end, channels, muscle_channels });
     }
     Ok(())
 }
@@ -47,12 +59,7 @@ fn read_channel(
     }
     let (index, samplers) = (channel.sampler.value(), &animation.samplers);
     let Some(sampler) = samplers.get(index) else { return Err(cx.dangling(place, "sampler", index, samplers.len())) };
-    let interpolation = match sampler.interpolation.as_ref() {
-        Checked::Valid(Joined::Linear) => Interpolation::Linear,
-        Checked::Valid(Joined::Step) => Interpolation::Step,
-        Checked::Valid(Joined::CubicSpline) => Interpolation::CubicSpline,
-        Checked::Invalid => return Err(cx.malformed(place, "its interpolation is unknown", "export the file again")),
-    };
+    let interpolation = interpolation(sampler, cx, place)?;
     let times = times(source, sampler, place)?;
     if times.is_empty() {
         cx.note(format!("{place}: it has no keys and is not read"));
@@ -73,7 +80,22 @@ fn read_channel(
     Ok(Some(Channel { node: node as u32, times, interpolation, track }))
 }
 
-fn times(source: &Source, sampler: &json::animation::Sampler, place: &str) -> Result<Vec<f32>, GltfError> {
+/// How a sampler joins its keys.
+pub(super) fn interpolation(
+    sampler: &json::animation::Sampler,
+    cx: &Context,
+    place: &str,
+) -> Result<Interpolation, GltfError> {
+    match sampler.interpolation.as_ref() {
+        Checked::Valid(Joined::Linear) => Ok(Interpolation::Linear),
+        Checked::Valid(Joined::Step) => Ok(Interpolation::Step),
+        Checked::Valid(Joined::CubicSpline) => Ok(Interpolation::CubicSpline),
+        Checked::Invalid => Err(cx.malformed(place, "its interpolation is unknown", "export the file again")),
+    }
+}
+
+/// The key times of a sampler, finite and ascending.
+pub(super) fn times(source: &Source, sampler: &json::animation::Sampler, place: &str) -> Result<Vec<f32>, GltfError> {
     let times = source.decimals(sampler.input, &[Type::Scalar], &format!("{place}, key times"))?;
     if let Some(key) = times.iter().position(|t| !t.is_finite()) {
         return Err(source.cx.non_finite(place, format!("the time of key {key}")));

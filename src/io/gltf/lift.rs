@@ -1,5 +1,6 @@
 //! From JSON text to the `gltf` crate's typed tree, past everything that the crate would refuse without need.
 
+use super::muscle_keys::{self, Lifted};
 use super::shape::ROOT;
 use super::{Context, label};
 use crate::error::{GltfError, one_line};
@@ -24,6 +25,7 @@ const HARMLESS: &[&str] = &[
     "MSFT_lod",
     "FB_ngon_encoding",
     "VRM",
+    muscle_keys::EXTENSION,
 ];
 
 /// Members that hold decimal numbers.
@@ -33,19 +35,21 @@ const EXACT: f64 = 9_007_199_254_740_992.0;
 /// Members that hold sizes in bytes or elements, which may pass 32 bits.
 const SIZES: &[&str] = &["byteLength", "byteOffset", "byteStride", "count"];
 
-/// Parses the JSON text of a file.
-pub(super) fn root(text: &[u8], cx: &Context) -> Result<Root, GltfError> {
+/// Parses the JSON text of a file; the channels that key muscles come apart from it.
+pub(super) fn root(text: &[u8], cx: &Context) -> Result<(Root, Vec<Lifted>), GltfError> {
     let mut value: Value = serde_json::from_slice(text).map_err(|e| json_error(cx, "JSON", &e))?;
     check_version(&value, cx)?;
     check_extensions(&value, cx)?;
     note_morph_targets(&value, cx);
+    let muscle_keys = muscle_keys::lift(&mut value, cx)?;
     ROOT.prune(&mut value);
     lift_channels(&mut value, cx);
     for scene in elements(&mut value, "scenes") {
         scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
     }
     normalise_numbers(&mut value, "");
-    Root::deserialize(&value).map_err(|e| locate(&value, &e, cx))
+    let root = Root::deserialize(&value).map_err(|e| locate(&value, &e, cx))?;
+    Ok((root, muscle_keys))
 }
 
 fn json_error(cx: &Context, element: impl Into<String>, error: &serde_json::Error) -> GltfError {

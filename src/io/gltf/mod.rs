@@ -1,8 +1,8 @@
 //! Reads a rigged character from glTF 2.0: `.glb`, or `.gltf` with data URIs or files beside it.
 //!
 //! What is read: skinned and rigid triangle meshes of the default scene with every `JOINTS_n`/`WEIGHTS_n` set, skins,
-//! base colours and their textures, and animations of translation, rotation and scale. Everything else in the file
-//! is set aside before it is looked at, so that it cannot make the file unreadable; what was odd but accepted is
+//! base colours and their textures, animations of translation, rotation and scale, and keys of muscles through
+//! `KHR_animation_pointer` and the extension `SINEW_muscles`. Everything else in the file is set aside before it is looked at, so that it cannot make the file unreadable; what was odd but accepted is
 //! listed in [`Scene::notes`].
 //!
 //! The bytes are taken as hostile: every index, offset and count is checked in 64 bits before it is used, memory is
@@ -17,6 +17,7 @@ mod container;
 mod influences;
 mod lift;
 mod material;
+mod muscle_keys;
 mod nodes;
 mod shape;
 mod skin;
@@ -57,12 +58,12 @@ pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Scene, GltfError> {
 
 fn load(bytes: &[u8], folder: Option<&Path>, cx: &Context, name: &str) -> Result<Scene, GltfError> {
     let container = container::split(bytes, cx)?;
-    let root = lift::root(container.json, cx)?;
+    let (root, muscle_keys) = lift::root(container.json, cx)?;
     let graph = nodes::Graph::build(&root, cx)?;
     let buffers = buffers::Buffers::new(&root, container.bin, folder, cx);
     let source = accessor::Source::new(&root, &buffers, cx);
     let mut scene = assemble::scene(&source, graph)?;
-    animation::read(&source, &mut scene)?;
+    animation::read(&source, &muscle_keys, &mut scene)?;
     scene.character.name = one_line(name);
     scene.notes = cx.take_notes();
     Ok(scene)

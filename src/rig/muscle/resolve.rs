@@ -175,7 +175,12 @@ fn end_points(bind: &Mat4, offset: Vec3, further: &[Vec3], count: u32) -> Vec<Ve
         .collect()
 }
 
-fn find_bone(spec: &MuscleSpec, character: &Character, role: &'static str, bone: &str) -> Result<usize, MuscleError> {
+pub(in crate::rig) fn find_bone(
+    spec: &MuscleSpec,
+    character: &Character,
+    role: &'static str,
+    bone: &str,
+) -> Result<usize, MuscleError> {
     character.joints.iter().position(|j| j.name == bone).ok_or_else(|| {
         let mut names: Vec<&str> = character.joints.iter().map(|j| j.name.as_str()).collect();
         names.sort_by_key(|name| distance(bone, name));
@@ -185,7 +190,7 @@ fn find_bone(spec: &MuscleSpec, character: &Character, role: &'static str, bone:
 }
 
 /// Edits that turn one name into another, case aside (Levenshtein's distance).
-fn distance(a: &str, b: &str) -> usize {
+pub(in crate::rig) fn distance(a: &str, b: &str) -> usize {
     let (a, b) = (a.to_lowercase(), b.to_lowercase());
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

@@ -1,6 +1,6 @@
 //! Files made to hurt: every byte may be wrong.
 
-use super::builder::{F32, Glb, U8};
+use super::builder::{F32, Glb, U8, floats};
 use crate::clip::ClipChoice;
 use crate::error::GltfError;
 use crate::io::gltf::from_bytes;
@@ -101,6 +101,20 @@ fn rich() -> Vec<u8> {
         "indices": {"bufferView": indices, "componentType": U8}, "values": {"bufferView": values}});
     glb.animate(1, "rotation", "LINEAR", &[0.0, 1.0], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
     glb.animate(2, "scale", "CUBICSPLINE", &[0.0, 1.0], &[1.0; 18]);
+    glb.json["extensions"] = json!({"SINEW_muscles": {"muscles": [{"name": "biceps"}]}});
+    for (parameter, interpolation, kind, values) in
+        [("width", "CUBICSPLINE", "SCALAR", &[0.5f32; 6][..]), ("shape", "LINEAR", "VEC2", &[3.0, 3.0, 4.0, 7.0][..])]
+    {
+        let (input, output) =
+            (glb.accessor(F32, "SCALAR", &floats(&[0.0, 1.0])), glb.accessor(F32, kind, &floats(values)));
+        let pointer = format!("/extensions/SINEW_muscles/muscles/0/{parameter}");
+        let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": pointer}}});
+        glb.push(
+            "animations",
+            json!({"channels": [{"sampler": 0, "target": target}],
+            "samplers": [{"input": input, "output": output, "interpolation": interpolation}]}),
+        );
+    }
     glb.bytes()
 }
 

@@ -6,4 +6,5 @@ mod files;
 mod hostile;
 mod influences;
 mod mesh;
+mod muscle_keys;
 mod tree;

@@ -136,6 +136,7 @@ fn versions_and_required_extensions() {
         ("KHR_mesh_quantization", true),
         ("KHR_materials_unlit", true),
         ("KHR_texture_transform", true),
+        ("SINEW_muscles", true),
         ("KHR_draco_mesh_compression", false),
         ("EXT_meshopt_compression", false),
         ("ACME_curves\nand more", false),
