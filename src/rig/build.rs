@@ -1,10 +1,11 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    Character, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology,
+    Character, Drives, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology,
     groups::{FieldOptions, Fields, FitReport, build_fields},
     muscle,
 };
+use crate::math::{transform_point, transform_vector};
 use crate::{
     error::RigError,
     field::{
@@ -65,6 +66,8 @@ pub struct Rig {
     pub fits: Vec<FitReport>,
     /// The muscles as their author gave them, in the author's order.
     pub specs: Vec<MuscleSpec>,
+    /// Their keys and drivers.
+    pub drives: Drives,
     /// Names of the muscles below; fibres of a set are numbered from 1.
     pub muscle_names: Vec<String>,
     /// The muscles, one per fibre, sorted by group.
@@ -117,7 +120,8 @@ impl Rig {
         }
         let muscle_names = resolved.iter().map(|(name, _, _)| name.clone()).collect();
         let spec_of = resolved.iter().map(|(_, spec, _)| *spec).collect();
-        let specs = if options.fields { muscles.to_vec() } else { Vec::new() };
+        let drives = Drives::new(&character, muscles)?;
+        let (specs, drives) = if options.fields { (muscles.to_vec(), drives) } else { Default::default() };
         let muscles: Vec<MuscleRest> = resolved.into_iter().map(|(_, _, rest)| rest).collect();
         let mut grids = fields.grids;
         for (g, grid) in grids.iter_mut().enumerate() {
@@ -134,6 +138,7 @@ impl Rig {
             nodes: fields.nodes,
             fits: fields.fits,
             specs,
+            drives,
             muscle_names,
             muscles,
             spec_of,
@@ -156,6 +161,26 @@ impl Rig {
             rest.at_rest(&self.rest_input(i), &mut axes[first..=first + rest.segments as usize])
         });
         (shaped.collect(), axes)
+    }
+
+    /// Length of each muscle's straight axis in a pose over its length at rest, the mean over its fibres, in the order of
+    /// `specs`: what length drivers read. Joints that the pose lacks leave a ratio at 1.
+    pub fn axis_ratios(&self, pose: &Pose) -> Vec<f32> {
+        let mut sums = vec![(0.0f32, 0u32); self.specs.len()];
+        for (rest, &spec) in self.muscles.iter().zip(&self.spec_of) {
+            let joint = |index: u32| pose.palette.get(index as usize);
+            let driving = joint(self.grids[rest.group as usize].joint);
+            let (Some(from), Some(to), Some(group)) = (joint(rest.origin_joint), joint(rest.insertion_joint), driving)
+            else {
+                continue;
+            };
+            let span = transform_point(to, rest.insertion.xyz()) - transform_point(from, rest.origin.xyz());
+            // In the group's space at rest, so that a pose's scale is no stretch.
+            let length = transform_vector(&group.inverse(), span).length();
+            let sum = &mut sums[spec as usize];
+            *sum = (sum.0 + length / rest.origin_normal.w, sum.1 + 1);
+        }
+        sums.into_iter().map(|(sum, count)| if count > 0 { sum / count as f32 } else { 1.0 }).collect()
     }
 
     /// The input of a muscle in its rest shape.

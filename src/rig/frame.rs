@@ -1,6 +1,5 @@
 //! What one pose makes of a rig: the plain data that both the kernels and their twins read.
 
-use super::muscle::rest_input;
 use super::{Pose, Rig};
 use crate::{
     error::PoseError,
@@ -66,9 +65,19 @@ impl FrameInputs {
                     }
                 })
                 .collect(),
-            muscles: rig.spec_of.iter().map(|&spec| rest_input(&rig.specs[spec as usize])).collect(),
+            muscles: muscle_inputs(rig, pose)?,
         })
     }
+}
+
+/// What keys and drivers make of every muscle; fibres of a set share theirs.
+fn muscle_inputs(rig: &Rig, pose: &Pose) -> Result<Vec<MuscleInput>, PoseError> {
+    if rig.muscles.is_empty() {
+        return Ok(Vec::new());
+    }
+    let parameters = rig.drives.parameters(pose, &rig.axis_ratios(pose))?;
+    let inputs: Vec<MuscleInput> = parameters.iter().map(MuscleInput::from).collect();
+    Ok(rig.spec_of.iter().map(|&spec| inputs[spec as usize]).collect())
 }
 
 fn joint_frame(matrix: &Mat4) -> JointFrame {

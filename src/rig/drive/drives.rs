@@ -35,7 +35,7 @@ impl Drives {
             for (name, seconds) in [("attack", spec.drive.attack), ("decay", spec.drive.decay)] {
                 if !(seconds.is_finite() && seconds >= 0.0) {
                     let what = format!("{name} is {seconds} s, and must be 0 or more");
-                    return Err(MuscleError::Value { muscle: spec.name.clone(), what });
+                    return Err(MuscleError::Value { muscle: spec.name.clone(), key: name.into(), what });
                 }
             }
             let drivers = (0..spec.drive.drivers.len())

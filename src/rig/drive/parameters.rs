@@ -1,6 +1,6 @@
 //! A muscle's parameters at one moment, and how they come about from its two shapes and its keys.
 
-use crate::field::muscle::MAX_ECCENTRICITY;
+use crate::field::muscle::{MuscleInput, Profile, profile::MAX_ECCENTRICITY};
 use crate::rig::Key;
 use crate::rig::muscle::MuscleSpec;
 
@@ -132,6 +132,17 @@ impl MuscleParameters {
                 exponents((active.alpha, active.beta)),
                 activation,
             ),
+        }
+    }
+}
+
+impl From<&MuscleParameters> for MuscleInput {
+    fn from(parameters: &MuscleParameters) -> MuscleInput {
+        MuscleInput {
+            width: parameters.width,
+            activation: parameters.activation,
+            stiffness: parameters.stiffness,
+            ..MuscleInput::new(&Profile::blend(parameters.shapes.pairs()), parameters.eccentricity)
         }
     }
 }

@@ -75,6 +75,7 @@ impl ReadyDriver {
         let driver = &spec.drive.drivers[number];
         let fail = |what: &str| MuscleError::Value {
             muscle: spec.name.clone(),
+            key: format!("drivers[{number}]"),
             what: format!("driver {}: {what}", number + 1),
         };
         let source = match &driver.source {
