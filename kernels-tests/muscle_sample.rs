@@ -3,7 +3,9 @@
 use crate::support::{JUNK, Random, SIZES, gpu, run};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use sinew::{
-    field::muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest, Profile, UnionParams},
+    field::muscle::{
+        self, AxisPoint, Instructions, MuscleFrame, MuscleInput, MuscleRest, Profile, UnionInput, UnionParams,
+    },
     parity::{self, Tolerance},
     schedule::KernelId,
 };
@@ -44,7 +46,11 @@ impl Muscles {
 
     fn cpu(&self, points: &[Vec4], gradients: bool) -> Vec<Vec4> {
         let mut samples = vec![Vec4::NAN; points.len()];
-        muscle::union(&self.frames, &self.axes, points, gradients, &mut samples);
+        let input = UnionInput { muscles: &self.frames, axes: &self.axes, gradients };
+        muscle::union(&input, points, &mut samples);
+        let mut portable = vec![Vec4::NAN; points.len()];
+        muscle::union_with(Instructions::Portable, &input, points, &mut portable);
+        assert_eq!(samples, portable, "instructions make a difference");
         samples
     }
 

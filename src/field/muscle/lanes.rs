@@ -28,19 +28,43 @@ const LANES: usize = 8;
 /// Points of one piece of work.
 const PIECE: usize = 256;
 
-/// The largest of many muscles' fields at many points: gradient in `xyz`, value in `w`. Without `gradients` `xyz` is 0.
-/// Twin of the kernel `muscle_sample`.
+/// Which of the processor's vector instructions are used; the results are the same to the bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instructions {
+    /// What every processor of the architecture has.
+    Portable,
+    /// AVX2, where the processor has it.
+    Fastest,
+}
+
+/// What sampling muscles alone reads: one instance's muscles, and the points of their axes.
+#[derive(Clone, Copy)]
+pub struct UnionInput<'a> {
+    /// The muscles, in one common space.
+    pub muscles: &'a [MuscleFrame],
+    /// Points of all of their axes.
+    pub axes: &'a [AxisPoint],
+    /// Whether gradients are wanted.
+    pub gradients: bool,
+}
+
+/// The largest of many muscles' fields at many points: gradient in `xyz` where it is wanted, value in `w`. Twin of the
+/// kernel `muscle_sample`.
 ///
-/// Points are in the muscles' own space; `axes` holds the axis points of all of them. `samples` has one entry per
-/// point. Every segment of every muscle is looked at.
-pub fn union(muscles: &[MuscleFrame], axes: &[AxisPoint], points: &[Vec4], gradients: bool, samples: &mut [Vec4]) {
-    let scale = if gradients { 1.0 } else { 0.0 };
+/// Points are in the muscles' own space; `samples` has one entry per point. Every segment of every muscle is looked at.
+pub fn union(input: &UnionInput, points: &[Vec4], samples: &mut [Vec4]) {
+    union_with(Instructions::Fastest, input, points, samples);
+}
+
+/// [`union`] with given instructions, for comparing them.
+pub fn union_with(instructions: Instructions, input: &UnionInput, points: &[Vec4], samples: &mut [Vec4]) {
+    let best_of = best_of_block(instructions);
     samples.par_chunks_mut(PIECE).zip(points.par_chunks(PIECE)).for_each(|(samples, points)| {
         for (samples, points) in samples.chunks_mut(LANES).zip(points.chunks(LANES)) {
             let mut block = Block::new(points);
-            best_of_block(muscles, axes, &mut block);
+            best_of(input, &mut block);
             for (sample, best) in samples.iter_mut().zip(&block.best) {
-                *sample = (best.gradient * scale).extend(best.value);
+                *sample = if input.gradients { best.gradient } else { Vec3::ZERO }.extend(best.value);
             }
         }
     });
@@ -71,26 +95,27 @@ impl Block {
     }
 }
 
-fn best_of_block(muscles: &[MuscleFrame], axes: &[AxisPoint], block: &mut Block) {
+fn best_of_block(instructions: Instructions) -> fn(&UnionInput, &mut Block) {
     #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") {
+    if instructions == Instructions::Fastest && std::arch::is_x86_feature_detected!("avx2") {
         #[allow(unsafe_code, reason = "the one instruction set that the call needs was found on this processor")]
         // SAFETY: AVX2 has just been detected.
-        return unsafe { best_of_block_avx2(muscles, axes, block) };
+        return |input, block| unsafe { best_of_block_avx2(input, block) };
     }
-    best_of_block_portable(muscles, axes, block);
+    let _ = instructions;
+    best_of_block_portable
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn best_of_block_avx2(muscles: &[MuscleFrame], axes: &[AxisPoint], block: &mut Block) {
-    best_of_block_portable(muscles, axes, block);
+fn best_of_block_avx2(input: &UnionInput, block: &mut Block) {
+    best_of_block_portable(input, block);
 }
 
 #[inline(always)]
-fn best_of_block_portable(muscles: &[MuscleFrame], axes: &[AxisPoint], block: &mut Block) {
-    for muscle in muscles.iter().filter(|m| m.present != 0) {
-        let points = muscle.points(axes);
+fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
+    for muscle in input.muscles.iter().filter(|m| m.present != 0) {
+        let points = muscle.points(input.axes);
         let (segments, squared) = nearest(points, block);
         for lane in 0..LANES {
             if squared[lane] <= muscle.reach_squared() {
