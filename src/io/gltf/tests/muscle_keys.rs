@@ -193,7 +193,8 @@ fn bad_pointers_are_refused_by_animation_and_channel() {
 
 #[test]
 fn bad_keys_are_refused_by_animation_and_channel() {
-    let cases: [(&str, &str, &[f32], &[f32], &str); 12] = [
+    type Case = (&'static str, &'static str, &'static [f32], &'static [f32], &'static str);
+    let cases: [Case; 12] = [
         ("activation", "LINEAR", &[0.0, 1.0], &[0.5, 1.5], "key 1 is 1.5, and activation must be in 0 to 1; "),
         ("activation", "STEP", &[0.0], &[-0.1], "key 0 is -0.1, and activation must be in 0 to 1; "),
         ("stiffness", "LINEAR", &[0.0], &[2.0], "stiffness must be in 0 to 1"),
