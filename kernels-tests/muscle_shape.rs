@@ -130,7 +130,8 @@ fn difference(a: &MuscleFrame, b: &MuscleFrame) -> f32 {
 /// Largest difference of two points of an axis, metres and directions alike.
 fn apart(a: &AxisPoint, b: &AxisPoint) -> f32 {
     let parts = [
-        (a.position, b.position),
+        (a.position.with_w(0.0), b.position.with_w(0.0)),
+        (Vec4::splat(a.position.w * a.tangent.w), Vec4::splat(b.position.w * b.tangent.w)),
         (a.tangent, b.tangent),
         (a.normal, b.normal),
         (a.turn.with_w(0.0) * a.normal.w.min(1.0), b.turn.with_w(0.0) * b.normal.w.min(1.0)),

@@ -52,21 +52,25 @@ fn axis_in_plane(normal: vec3<f32>, before: vec3<f32>, after: vec3<f32>) -> vec3
 fn axis_measure(first: u32, segments: u32) -> f32 {
     var length = 0.0;
     var tangent = vec3<f32>(1.0, 0.0, 0.0);
+    axes[first].position.w = 0.0;
     for (var i = 0u; i <= segments; i++) {
-        axes[first + i].position.w = length;
+        axes[first + i].turn.w = length;
         var span = vec3<f32>(0.0);
         if i < segments {
             span = axes[first + i + 1u].position.xyz - axes[first + i].position.xyz;
         }
-        let l = sqrt(math_dot(span, span));
+        var l = sqrt(math_dot(span, span));
+        var inverse_squared = 0.0;
         if l > AXIS_NO_DIRECTION {
             tangent = span / l;
-            axes[first + i].tangent = vec4<f32>(tangent, l);
-            axes[first + i].turn.w = 1.0 / l;
             length += l;
+            inverse_squared = 1.0 / (l * l);
         } else {
-            axes[first + i].tangent = vec4<f32>(tangent, 0.0);
-            axes[first + i].turn.w = 0.0;
+            l = 0.0;
+        }
+        axes[first + i].tangent = vec4<f32>(tangent, l);
+        if i < segments {
+            axes[first + i + 1u].position.w = inverse_squared;
         }
     }
     return length;
@@ -94,7 +98,7 @@ fn axis_frame(first: u32, segments: u32, origin_normal: vec3<f32>, insertion_nor
         if i > 0u {
             before = axes[first + i - 1u].tangent.xyz;
         }
-        let turned = math_sine_cosine(ends.w * (axes[first + i].position.w * inverse_length));
+        let turned = math_sine_cosine(ends.w * (axes[first + i].turn.w * inverse_length));
         let wanted = start * turned.y + end_turn * turned.x;
         let normal = axis_across(axis_in_plane(wanted, before, after), before + after);
         previous = select(normal, -normal, math_dot(normal, previous) < 0.0);
@@ -105,6 +109,6 @@ fn axis_frame(first: u32, segments: u32, origin_normal: vec3<f32>, insertion_nor
         axes[first + i].normal.w = turn.w;
         axes[first + i].turn = vec4<f32>(turn.xyz, axes[first + i].turn.w);
     }
-    axes[first + segments].turn = vec4<f32>(0.0);
+    axes[first + segments].turn = vec4<f32>(0.0, 0.0, 0.0, length);
     return length;
 }

@@ -1,6 +1,8 @@
 // The muscle primitive's compact field (paper A, equations 1 to 5, algorithm 1; background 3.2 and 7.6). Reads the
 // global axes; `first` is a muscle's first point there.
 
+override MUSCLE_NO_DIRECTION: f32;
+
 // A point's place on an axis.
 struct Projection {
     offset: vec3<f32>,
@@ -30,27 +32,6 @@ fn muscle_profile(muscle: MuscleFrame, s: f32) -> vec2<f32> {
     return phi;
 }
 
-// The nearest segment, of equals the first, and the squared distance to it.
-struct Nearest {
-    segment: u32,
-    squared: f32,
-}
-
-fn muscle_nearest(first: u32, segments: u32, q: vec3<f32>) -> Nearest {
-    var found = Nearest(0u, 3.4e38);
-    for (var i = 0u; i < segments; i++) {
-        let tangent = axes[first + i].tangent;
-        let h = q - axes[first + i].position.xyz;
-        let along = math_dot(h, tangent.xyz);
-        let at = clamp(along, 0.0, tangent.w);
-        let squared = math_dot(h, h) - at * (2.0 * along - at);
-        if squared < found.squared {
-            found = Nearest(i, squared);
-        }
-    }
-    return found;
-}
-
 // Foot on a segment: from the foot to the point, and the place on the segment's line in metres.
 fn muscle_foot(point: AxisPoint, q: vec3<f32>) -> vec4<f32> {
     let h = q - point.position.xyz;
@@ -63,10 +44,11 @@ fn muscle_inside(point: AxisPoint, foot: vec4<f32>) -> bool {
 }
 
 fn muscle_on_segment(point: AxisPoint, at: f32, offset: vec3<f32>, arc_gradient: vec3<f32>) -> Projection {
-    let turned = math_sine_cosine(point.normal.w * (at * point.turn.w));
+    let inverse = 1.0 / max(point.tangent.w, MUSCLE_NO_DIRECTION);
+    let turned = math_sine_cosine(point.normal.w * (at * inverse));
     let normal = point.normal.xyz * turned.y + point.turn.xyz * turned.x;
     let by_share = (point.turn.xyz * turned.y - point.normal.xyz * turned.x) * point.normal.w;
-    return Projection(offset, point.position.w + at, arc_gradient, point.tangent.xyz, normal, by_share * point.turn.w);
+    return Projection(offset, point.turn.w + at, arc_gradient, point.tangent.xyz, normal, by_share * inverse);
 }
 
 // Between the segments on either side of a point that they share, with feet on both.

@@ -20,6 +20,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::DISPATCH,
         source::MATH,
         source::TRANSFER,
+        source::NEAREST,
         source::MUSCLE,
         source::MUSCLE_FIELD,
         source::FIELD,

@@ -10,7 +10,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleSample,
     stem: "muscle_sample",
     source: include_str!("../../shaders/kernels/muscle_sample.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::MUSCLE, source::TRANSFER, source::MUSCLE_FIELD],
+    parts: &[source::DISPATCH, source::MATH, source::NEAREST, source::MUSCLE, source::TRANSFER, source::MUSCLE_FIELD],
     structs: STRUCTS,
     constants: &[],
     bindings: BINDINGS,

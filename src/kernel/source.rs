@@ -43,9 +43,18 @@ pub const AXIS: Part = Part {
         ("AXIS_NO_DIRECTION", axis::NO_DIRECTION as f64),
     ],
 };
+/// The nearest segment of a muscle's axis.
+pub const NEAREST: Part = Part {
+    file: "shaders/shared/nearest.wgsl",
+    text: include_str!("../../shaders/shared/nearest.wgsl"),
+    constants: &[],
+};
 /// Projection on a muscle's axis, and its profile.
-pub const MUSCLE: Part =
-    Part { file: "shaders/shared/muscle.wgsl", text: include_str!("../../shaders/shared/muscle.wgsl"), constants: &[] };
+pub const MUSCLE: Part = Part {
+    file: "shaders/shared/muscle.wgsl",
+    text: include_str!("../../shaders/shared/muscle.wgsl"),
+    constants: &[("MUSCLE_NO_DIRECTION", axis::NO_DIRECTION as f64)],
+};
 /// A muscle's compact field.
 pub const MUSCLE_FIELD: Part = Part {
     file: "shaders/shared/muscle_field.wgsl",
@@ -72,7 +81,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 8] = [DISPATCH, MATH, TRANSFER, AXIS, MUSCLE, MUSCLE_FIELD, FIELD, CONTACT];
+pub const PARTS: [Part; 9] = [DISPATCH, MATH, TRANSFER, AXIS, NEAREST, MUSCLE, MUSCLE_FIELD, FIELD, CONTACT];
 
 /// An assembled kernel.
 #[derive(Clone, Debug)]

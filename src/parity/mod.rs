@@ -157,7 +157,7 @@ fn muscles(gpu: &[MuscleFrame], cpu: &[MuscleFrame], unit: f32) -> StageReport {
 
 fn axes(gpu: &[AxisPoint], cpu: &[AxisPoint], unit: f32) -> StageReport {
     let pairs = gpu.iter().zip(cpu).map(|(g, c)| {
-        let moved = (g.position.xyz() - c.position.xyz()).length().max((g.position.w - c.position.w).abs());
+        let moved = (g.position.xyz() - c.position.xyz()).length().max((g.turn.w - c.turn.w).abs());
         let turned = (g.tangent.xyz() - c.tangent.xyz()).length().max((g.normal.xyz() - c.normal.xyz()).length());
         ((moved * unit).max(turned).max((g.normal.w - c.normal.w).abs()), 1.0)
     });

@@ -6,13 +6,13 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 crate::gpu_struct! {
     /// One point of an axis, with the segment to the next one. The last point's segment is empty.
     pub struct AxisPoint {
-        /// Position, and in `w` the arc length from the origin, metres.
+        /// Position, and in `w` one over the squared length of the segment that ends here; 0 for an empty one.
         pub position: Vec4,
         /// Unit tangent of the segment, and in `w` its length, metres.
         pub tangent: Vec4,
         /// Unit normal of the section, its long axis, and in `w` the angle to the next point's normal, 0..=pi/2.
         pub normal: Vec4,
-        /// Unit vector across the normal towards the next one, and in `w` one over the segment's length.
+        /// Unit vector across the normal towards the next one, and in `w` the arc length from the origin, metres.
         pub turn: Vec4,
     }
 }
@@ -39,19 +39,20 @@ pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Ve
     let last = points.len() - 1;
     let mut length = 0.0;
     let mut tangent = Vec3::X;
+    points[0].position.w = 0.0;
     for i in 0..=last {
-        points[i].position.w = length;
+        points[i].turn.w = length;
         let span = if i < last { points[i + 1].position.xyz() - points[i].position.xyz() } else { Vec3::ZERO };
         let l = span.length();
-        if l > NO_DIRECTION {
+        let empty = l <= NO_DIRECTION;
+        if !empty {
             tangent = span / l;
-            points[i].tangent = tangent.extend(l);
-            points[i].turn.w = 1.0 / l;
-        } else {
-            points[i].tangent = tangent.extend(0.0);
-            points[i].turn.w = 0.0;
+            length += l;
         }
-        length += points[i].tangent.w;
+        points[i].tangent = tangent.extend(if empty { 0.0 } else { l });
+        if i < last {
+            points[i + 1].position.w = if empty { 0.0 } else { 1.0 / (l * l) };
+        }
     }
     let ends = Ends::new(origin_normal, insertion_normal, points[0].tangent.xyz(), points[last].tangent.xyz());
     let inverse_length = if length > NO_DIRECTION { 1.0 / length } else { 0.0 };
@@ -59,7 +60,7 @@ pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Ve
     for i in 0..=last {
         let after = points[i].tangent.xyz();
         let before = if i > 0 { points[i - 1].tangent.xyz() } else { after };
-        let wanted = ends.at(points[i].position.w * inverse_length);
+        let wanted = ends.at(points[i].turn.w * inverse_length);
         let normal = across(in_plane(wanted, before, after), before + after);
         previous = if normal.dot(previous) < 0.0 { -normal } else { normal };
         points[i].normal = previous.extend(0.0);
@@ -70,7 +71,7 @@ pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Ve
         points[i].normal.w = angle;
         points[i].turn = turn.extend(points[i].turn.w);
     }
-    points[last].turn = Vec4::ZERO;
+    points[last].turn = Vec4::new(0.0, 0.0, 0.0, length);
     length
 }
 
@@ -215,7 +216,7 @@ mod tests {
         let mut line: Vec<Vec3> = (0..=6).map(|i| Vec3::X * (i as f32 * 0.1)).collect();
         line[3] = line[2];
         let (points, length) = framed(&line, Vec3::Y, Vec3::Y);
-        assert!((length - 0.6).abs() < 1e-6 && points[2].tangent.w == 0.0 && points[2].turn.w == 0.0);
+        assert!((length - 0.6).abs() < 1e-6 && points[2].tangent.w == 0.0 && points[3].position.w == 0.0);
         assert!(points.iter().all(|p| p.normal.xyz().distance(Vec3::Y) < 1e-5));
         let (nothing, length) = framed(&[Vec3::ONE; 4], Vec3::Y, Vec3::Y);
         assert!(length == 0.0 && nothing.iter().all(|p| p.normal.is_finite() && p.tangent.is_finite()));

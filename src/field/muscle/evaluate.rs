@@ -1,6 +1,9 @@
 //! A muscle's field at a point: projection on the axis, raw field, compact field.
 
-use super::{AxisPoint, MuscleFrame, axis::normal_at};
+use super::{
+    AxisPoint, MuscleFrame,
+    axis::{NO_DIRECTION, normal_at},
+};
 use crate::field::{Sample, transfer::transfer};
 use glam::{Vec3, Vec4Swizzles};
 
@@ -54,23 +57,26 @@ impl Foot {
 fn nearest(points: &[AxisPoint], q: Vec3) -> (usize, f32) {
     let mut best = f32::INFINITY;
     let mut found = 0;
-    for (i, point) in points[..points.len() - 1].iter().enumerate() {
-        let squared = squared_distance(point, q);
+    let mut before = q - points[0].position.xyz();
+    for (i, point) in points[1..].iter().enumerate() {
+        let after = q - point.position.xyz();
+        let squared = squared_distance(before, after, point.position.w);
         if squared < best {
             best = squared;
             found = i;
         }
+        before = after;
     }
     (found, best)
 }
 
-/// Squared distance of a point to a segment, in few operations: to find the nearest, not to go on with.
+/// Squared distance to a segment, from its ends to the point and one over its squared length.
 #[inline(always)]
-pub(super) fn squared_distance(point: &AxisPoint, q: Vec3) -> f32 {
-    let h = q - point.position.xyz();
-    let line = h.dot(point.tangent.xyz());
-    let at = line.clamp(0.0, point.tangent.w);
-    h.dot(h) - at * (2.0 * line - at)
+pub(super) fn squared_distance(before: Vec3, after: Vec3, inverse_squared: f32) -> f32 {
+    let span = before - after;
+    let share = (before.dot(span) * inverse_squared).clamp(0.0, 1.0);
+    let offset = before - span * share;
+    offset.dot(offset)
 }
 
 /// Projects a point on an axis. In the inner angle between two segments, where the point has a foot inside both, the
@@ -111,14 +117,15 @@ fn project_near(points: &[AxisPoint], q: Vec3, k: usize) -> Projection {
 
 #[inline]
 fn on_segment(point: &AxisPoint, foot: &Foot, arc_gradient: Vec3) -> Projection {
-    let (normal, by_share) = normal_at(point, foot.at * point.turn.w);
+    let inverse = 1.0 / point.tangent.w.max(NO_DIRECTION);
+    let (normal, by_share) = normal_at(point, foot.at * inverse);
     Projection {
         offset: foot.offset,
-        arc: point.position.w + foot.at,
+        arc: point.turn.w + foot.at,
         arc_gradient,
         tangent: point.tangent.xyz(),
         normal,
-        normal_slope: by_share * point.turn.w,
+        normal_slope: by_share * inverse,
     }
 }
 
@@ -249,7 +256,7 @@ mod tests {
         // Of two wedges that both hold the point, the nearer one counts: the border between them is a kink too.
         let shared = points.windows(2).any(|w| close(q.distance(w[0].position.xyz()), q.distance(w[1].position.xyz())));
         // At a bend, and at the ends, the foot goes round the corner.
-        let corners = points.iter().any(|p| (on.arc - p.position.w).abs() < 8.0 * h);
+        let corners = points.iter().any(|p| (on.arc - p.turn.w).abs() < 8.0 * h);
         close(d, radius)
             || d < 1e-3
             || close(d - radius, m.support_radius)
@@ -318,7 +325,7 @@ mod tests {
     /// The projection to the nearest segment alone, which algorithm 1 mends.
     fn plain_arc(points: &[AxisPoint], q: Vec3) -> f32 {
         let k = nearest(points, q).0;
-        points[k].position.w + Foot::new(&points[k], q).at
+        points[k].turn.w + Foot::new(&points[k], q).at
     }
 
     /// Largest jump of the arc length between neighbours on circles within `reach` of a bend of two unit segments.

@@ -6,7 +6,7 @@ use super::{
     evaluate::{evaluate_near, squared_distance},
 };
 use crate::field::Sample;
-use glam::{Vec3, Vec4};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
 crate::gpu_struct! {
@@ -133,12 +133,15 @@ fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
 fn nearest(points: &[AxisPoint], block: &Block) -> ([u32; LANES], [f32; LANES]) {
     let mut found = [0; LANES];
     let mut best = [f32::INFINITY; LANES];
-    for (i, point) in (0..).zip(&points[..points.len() - 1]) {
+    let mut before: [Vec3; LANES] = std::array::from_fn(|lane| block.point(lane) - points[0].position.xyz());
+    for (i, point) in (0..).zip(&points[1..]) {
         for lane in 0..LANES {
-            let squared = squared_distance(point, block.point(lane));
+            let after = block.point(lane) - point.position.xyz();
+            let squared = squared_distance(before[lane], after, point.position.w);
             let closer = squared < best[lane];
             best[lane] = if closer { squared } else { best[lane] };
             found[lane] = if closer { i } else { found[lane] };
+            before[lane] = after;
         }
     }
     (found, best)

@@ -1,6 +1,10 @@
 //! The surface of a muscle as a closed mesh that follows its axis: to look at, to export, to measure.
 
-use super::{AxisPoint, MuscleFrame, axis::normal_at, evaluate::raw_distance};
+use super::{
+    AxisPoint, MuscleFrame,
+    axis::{NO_DIRECTION, normal_at},
+    evaluate::raw_distance,
+};
 use glam::{DVec3, Vec3, Vec4Swizzles};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -82,9 +86,9 @@ struct Frame {
 impl Frame {
     fn at(points: &[AxisPoint], arc: f32) -> Frame {
         let last = points.len() - 2;
-        let i = points[1..=last].partition_point(|p| p.position.w <= arc);
+        let i = points[1..=last].partition_point(|p| p.turn.w <= arc);
         let point = &points[i];
-        let share = ((arc - point.position.w) * point.turn.w).clamp(0.0, 1.0);
+        let share = ((arc - point.turn.w) / point.tangent.w.max(NO_DIRECTION)).clamp(0.0, 1.0);
         let own = point.tangent.xyz();
         let bisector = |j: usize| {
             let before = points[j.saturating_sub(1)].tangent.xyz();
