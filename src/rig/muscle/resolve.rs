@@ -18,7 +18,7 @@ const SUPPORT_RADII: f32 = 0.75;
 /// A bone that the character lacks or that has no field, coincident ends, or a number out of its range.
 pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -> Result<MuscleRest, MuscleError> {
     let joint = |role, bone: &str| find_bone(spec, character, role, bone);
-    let value = |what: String| MuscleError::Value { muscle: spec.name.clone(), what };
+    let value = |key: &str, what: String| MuscleError::Value { muscle: spec.name.clone(), key: key.into(), what };
     let (from, to) = (joint("origin", &spec.origin.bone)?, joint("insertion", &spec.insertion.bone)?);
     let group = groups.group_of_joint[joint("field", &spec.bone)?];
     if group == u32::MAX {
@@ -26,23 +26,22 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
     }
     for (name, exponent) in [("alpha", spec.rest.alpha), ("beta", spec.rest.beta)] {
         if !(2..=9).contains(&exponent) {
-            return Err(value(format!("{name} is {exponent}, and must be a whole number from 2 to 9")));
+            return Err(value(name, format!("{name} is {exponent}, and must be a whole number from 2 to 9")));
         }
     }
     if !(0.0..=MAX_ECCENTRICITY).contains(&spec.rest.eccentricity) {
-        return Err(value(format!(
-            "eccentricity is {}, and must be in 0 to {MAX_ECCENTRICITY}",
-            spec.rest.eccentricity
-        )));
+        let what = format!("eccentricity is {}, and must be in 0 to {MAX_ECCENTRICITY}", spec.rest.eccentricity);
+        return Err(value("eccentricity", what));
     }
     let (origin, origin_normal) = placed(character, from, &spec.origin);
     let (insertion, insertion_normal) = placed(character, to, &spec.insertion);
     if ![origin, insertion, origin_normal, insertion_normal].iter().all(|v| v.is_finite()) {
-        return Err(value("an offset or normal is not finite".into()));
+        return Err(value("origin", "an offset or normal is not finite".into()));
     }
     let length = origin.distance(insertion);
     if length < 1e-4 {
-        return Err(value(format!("origin and insertion are {length} m apart at rest; move one of them")));
+        let what = format!("origin and insertion are {length} m apart at rest; move one of them");
+        return Err(value("insertion.offset", what));
     }
     let highest = profile_max(spec.rest.alpha, spec.rest.beta);
     let width = match spec.size {
@@ -52,11 +51,16 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
     // As thick as its character is tall is a slip of units, and larger numbers overflow further on.
     let tallest = character.height_rest().max(1e-6);
     if !(width > 0.0 && width * highest <= tallest && length <= 100.0 * tallest) {
-        return Err(value(format!(
+        let key = match spec.size {
+            MuscleSize::Width(_) => "width",
+            MuscleSize::Volume(_) => "volume",
+        };
+        let what = format!(
             "it is {length} m long and {} m thick at rest, beside a character of {tallest} m; width (m) or volume (m^3) must \
              be positive, and both ends near the character",
             width * highest
-        )));
+        );
+        return Err(value(key, what));
     }
     let (short_squared, long_squared) = ellipse_squared(spec.rest.eccentricity);
     Ok(MuscleRest {
