@@ -5,10 +5,19 @@
 
 mod convert;
 mod curve;
+mod edit;
+mod mirror;
+mod names;
 mod place;
+mod schema;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod write;
+
+pub use edit::{Document, Mirrored, Settings};
+pub use names::SideNames;
+pub use schema::schema;
 
 use crate::error::{MuscleError, MuscleFileError};
 use crate::rig::Character;
