@@ -1,4 +1,4 @@
-use super::*;
+use super::super::*;
 use crate::rig::muscle::{
     BodySide, BoneShape, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize, ShapeCurve,
 };
@@ -184,14 +184,14 @@ fn mistakes_name_line_and_column() {
         ("fibres = { count = 3, origin_line = [[0, 0, 0], [1, nan, 0]] }", "8:53: "),
         ("keys = { activation = [[1, 0], [0.5, 1]] }", "8:33: muscle `biceps`: the key at 0.5 s follows one at 1 s"),
         ("keys = { activation = { points = [[1, 0], [1, 1]] } }", "8:44: "),
-        ("keys = { activation = [[0, 2]] }", "8:27: muscle `biceps`: activation is 2"),
-        ("keys = { activation = [[0]] }", "8:23: muscle `biceps`: a key of 1 numbers"),
-        ("keys = { activation = [[0, 1, 2, 3]] }", "8:23: muscle `biceps`: slopes are read of cubic"),
+        ("keys = { activation = [[0, 2]] }", "8:28: muscle `biceps`: activation is 2"),
+        ("keys = { activation = [[0]] }", "8:24: muscle `biceps`: a key of 1 numbers"),
+        ("keys = { activation = [[0, 1, 2, 3]] }", "8:24: muscle `biceps`: slopes are read of cubic"),
         ("keys = { activation = 1 }", "8:23: invalid type: integer `1`, expected a list of keys"),
         ("keys = { activation = [[0, \"x\"]] }", "8:28: invalid type"),
         ("keys = { activation = { poins = [] } }", "8:25: unknown key `poins`; did you mean `points`?"),
         ("keys = { shape = [[0, 3, 0]] }", "8:26: muscle `biceps`: shape is 0"),
-        ("keys = { shape = [[0, 3]] }", "8:18: invalid length"),
+        ("keys = { shape = [[0, 3]] }", "8:19: invalid length"),
         ("drivers = [{}]", "8:12: muscle `biceps`: a driver is one of"),
         ("drivers = [{ constant = nan }]", "8:25: "),
         ("drivers = [{ length = { min = 1.2 } }]", "8:23: muscle `biceps`: min is 1.2 and max 1"),
@@ -212,9 +212,9 @@ fn mistakes_name_line_and_column() {
     starts(size("volume = nan"), "7:10: muscle `biceps`: volume is NaN");
     starts(size("width = inf"), "7:9: ");
     starts(size("width = 1e300"), "7:9: muscle `biceps`: width is inf");
-    starts(failure(&GOOD.replace("0.02, 0.01", "0.02, -inf")), "5:55: muscle `biceps`: offset holds -inf");
-    starts(failure(&GOOD.replace("[1.0, 0.0, 0.0]", "[0, 0, 0]")), "6:71: muscle `biceps`: normal has no direction");
-    starts(failure(&GOOD.replace("[1.0, 0.0, 0.0]", "[0, 0]")), "6:71: invalid length");
+    starts(failure(&GOOD.replace("0.02, 0.01", "0.02, -inf")), "5:52: muscle `biceps`: offset holds -inf");
+    starts(failure(&GOOD.replace("[1.0, 0.0, 0.0]", "[0, 0, 0]")), "6:70: muscle `biceps`: normal has no direction");
+    starts(failure(&GOOD.replace("[1.0, 0.0, 0.0]", "[0, 0]")), "6:70: invalid length");
     starts(failure(&GOOD.replace("biceps", "")), "3:8: ");
 }
 
@@ -255,7 +255,7 @@ fn later_errors_are_located() {
         let error = MuscleError::Value { muscle: "other".into(), key: key.into(), what: "wrong".into() };
         file.locate(&error).to_string()
     };
-    assert_eq!(at("insertion.offset"), "arm.muscles.toml:13:46: muscle `other`: wrong");
+    assert_eq!(at("insertion.offset"), "arm.muscles.toml:13:43: muscle `other`: wrong");
     assert_eq!(at("alpha"), "arm.muscles.toml:10:8: muscle `other`: wrong");
     let bone = |role| {
         let (muscle, bone) = ("other".into(), "x".into());
