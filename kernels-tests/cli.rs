@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod characters;
+mod muscles;
 mod outputs;
 
 use assert_cmd::Command;
@@ -67,7 +68,7 @@ pub fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn wrong_flags_are_usage() {
-    let cases: [&[&str]; 11] = [
+    let cases: [&[&str]; 15] = [
         &[],
         &["dance"],
         &["bake"],
@@ -79,6 +80,10 @@ fn wrong_flags_are_usage() {
         &["render", "in.glb", "-o", "out", "--threads", "0"],
         &["bake", "in.glb", "-o", "out", "--threads", "1025"],
         &["inspect", "in.glb", "--wobble"],
+        &["validate", "in.glb"],
+        &["muscles"],
+        &["muscles", "mirror", "m.toml", "in.glb", "--from", "_l", "-o", "out.toml"],
+        &["muscles", "copy", "m.toml", "--from", "a", "--to", "b", "--only", "name", "-o", "out.toml"],
     ];
     for case in cases {
         let output = sinew().args(case).output().expect("runs");

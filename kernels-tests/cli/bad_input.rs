@@ -130,24 +130,50 @@ fn clips_and_frames_that_are_not_there_name_those_that_are() {
 }
 
 #[test]
-fn muscle_files_name_line_and_bone() {
+fn muscle_files_name_line_and_column() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("m.toml");
-    let good = fs::read_to_string(asset("arm.muscles.toml")).expect("the arm's muscles");
-    let refused = |text: &str, words: &[&str]| {
+    let out = folder.path().join("out.pc2");
+    let good = "[[muscle]]\nname = \"a\"\nbone = \"upperarm\"\n\
+                origin = { bone = \"upperarm\", offset = [0, 0.1, 0] }\n\
+                insertion = { bone = \"lowerarm\", offset = [0, 0.1, 0] }\nwidth = 0.02\nalpha = 3\n";
+    let run = |text: &str, arguments: &[&str]| {
         fs::write(&path, text).expect("written");
-        let out = folder.path().join("out.pc2");
-        let mut bake = sinew();
-        bake.args(["bake", "--device", "cpu"]).arg(asset("arm.glb")).arg("--muscles").arg(&path).arg("-o").arg(&out);
-        let line = refusal(&bake.output().expect("runs"), 3);
-        assert!(words.iter().all(|w| line.contains(w)), "{line}");
-        assert!(!out.exists());
+        sinew().args(arguments).arg(asset("arm.glb")).arg("--muscles").arg(&path).output().expect("runs")
     };
-    refused(&good.replacen("bone = ", "bona = ", 1), &["m.toml:", "bona"]);
-    refused("[[muscle]", &["m.toml:1:"]);
-    let stranger = "[[muscle]]\nname = \"a\"\nbone = \"tail\"\nwidth = 0.02\n\
-                    origin = { bone = \"tail\", offset = [0, 0, 0] }\ninsertion = { bone = \"tail\", offset = [0, 1, 0] }\n";
-    refused(stranger, &["m.toml: muscle `a`", "tail"]);
+    let bake = ["bake", "--device", "cpu", "-o", out.to_str().expect("a plain path")];
+    let refused = |from: &str, to: &str, place: &str, words: &[&str]| {
+        let text = good.replacen(from, to, 1);
+        assert_ne!(text, good, "`{from}` is not in the good file");
+        for arguments in [&bake[..], &["validate"], &["validate", "--json"]] {
+            let line = refusal(&run(&text, arguments), 3);
+            assert!(line.contains(&format!("m.toml:{place}:")), "{place} is not the place: {line}");
+            assert!(words.iter().all(|w| line.contains(w)), "{words:?} are not all in: {line}");
+            assert_eq!(names(folder.path()), ["m.toml"]);
+        }
+    };
+    super::printed(&run(good, &["validate"]));
+    refused("[[muscle]]", "[[muscle]", "1", &[]);
+    refused("0.02", "\"wide\"", "6:9", &["invalid type"]);
+    refused("width", "widht", "6:1", &["unknown key `widht`", "did you mean `width`"]);
+    refused("bone = \"upper", "bone = \"uper", "3:8", &["muscle `a`", "`uperarm`", "nearest names: upperarm"]);
+    refused("bone = \"lower", "bone = \"tail", "5:22", &["insertion bone `tailarm`", "nearest names"]);
+    refused("alpha = 3", "alpha = 10", "7:9", &["alpha is 10", "1 to 9"]);
+    refused("alpha = 3", "beta = 0", "7:8", &["beta is 0", "1 to 9"]);
+    let coincident = "bone = \"upperarm\", offset = [0, 0.1, 0.0]";
+    refused("bone = \"lowerarm\", offset = [0, 0.1, 0]", coincident, "5:43", &["apart at rest", "move one"]);
+    refused("width = 0.02", "volume = -1e-4", "6:10", &["volume is -0.0001", "positive"]);
+    refused("width = 0.02", "volume = nan", "6:10", &["volume is NaN"]);
+    refused("[0, 0.1, 0]", "[0, nan, 0]", "4:44", &["offset holds NaN"]);
+    refused(
+        "alpha = 3",
+        "drivers = [{ angle = { joint = \"elbow\", to = 1 } }]",
+        "7:32",
+        &["joint `elbow`", "nearest"],
+    );
+    refused("alpha = 3", "keys = { activation = [[1, 0], [0, 1]] }", "7:33", &["ascend"]);
+    refused("width = 0.02", "width = 20", "6:9", &["beside a character"]);
+    refused("alpha = 3", "[[bone]]\nbone = \"tail\"\nmesh = \"m\"", "8:8", &["bone `tail`", "not a joint"]);
 }
 
 #[test]

@@ -5,7 +5,9 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use sinew::clip::{ClipChoice, Scene};
 use sinew::error::RigError;
-use sinew::rig::{BuildOptions, MuscleSpec, Pose, Rig, muscle_file};
+use sinew::rig::drive::load_tables;
+use sinew::rig::muscle_file::{self, MuscleFile};
+use sinew::rig::{BuildOptions, Pose, Rig};
 use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -22,30 +24,32 @@ pub fn threads(count: Option<NonZeroUsize>) -> Result<(), Failure> {
     pool.map_err(|error| Failure::Input(format!("--threads {count}: {error}; give a smaller number")))
 }
 
-/// Reads the character and its muscles.
-pub fn input(input: &Input) -> Result<(Scene, Vec<MuscleSpec>), Failure> {
+/// Reads the character and its muscles; what is odd about the muscles joins the scene's notes.
+pub fn input(input: &Input) -> Result<(Scene, MuscleFile), Failure> {
     let muscles = input.muscles.as_deref().map(muscle_file::read).transpose().map_err(Failure::input)?;
-    let scene = sinew::io::gltf::read(&input.file).map_err(Failure::input)?;
-    Ok((scene, muscles.unwrap_or_default()))
+    let mut scene = sinew::io::gltf::read(&input.file).map_err(Failure::input)?;
+    let mut muscles = muscles.unwrap_or_default();
+    let folder = input.muscles.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
+    load_tables(&mut muscles.muscles, &folder).map_err(Failure::input)?;
+    muscles.check(&scene.character).map_err(Failure::input)?;
+    scene.notes.extend(muscles.notes.iter().cloned());
+    Ok((scene, muscles))
 }
 
 /// Builds the rig; the paths of `input` are for messages. Without `fields`, which are what takes long, only geometric
 /// skinning is to be had and muscles have no shape.
-pub fn rig(input: &Input, scene: &Scene, muscles: &[MuscleSpec], fields: bool) -> Result<Rig, Failure> {
+pub fn rig(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
     let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
     let options = BuildOptions { fields, ..BuildOptions::default() };
-    Rig::build(scene.character.clone(), muscles, &options).map_err(|error| {
-        let file = match &error {
-            RigError::Muscle(_) => input.muscles.as_ref().unwrap_or(&input.file),
-            _ => &input.file,
-        };
-        Failure::Input(format!("{}: {error}", file.display()))
+    Rig::build(scene.character.clone(), &muscles.muscles, &options).map_err(|error| match &error {
+        RigError::Muscle(error) => Failure::input(muscles.locate(error)),
+        _ => Failure::Input(format!("{}: {error}", input.file.display())),
     })
 }
 
 /// Notes muscles that nothing will come of, because the rig has no `fields` for them to act on.
-pub fn note_idle_muscles(scene: &mut Scene, muscles: &[MuscleSpec], fields: bool) {
-    if !fields && !muscles.is_empty() {
+pub fn note_idle_muscles(scene: &mut Scene, muscles: &MuscleFile, fields: bool) {
+    if !fields && !muscles.muscles.is_empty() {
         scene.notes.push("--muscles moves no skin without --skinning implicit".into());
     }
 }

@@ -14,12 +14,15 @@ mod failure;
 mod inspect;
 mod interrupt;
 mod load;
+mod muscles;
 mod parity;
 mod print;
 mod progress;
 mod render;
+mod schema;
 #[cfg(feature = "gpu")]
 mod studio;
+mod validate;
 
 use args::{Args, Verb};
 use clap::Parser;
@@ -34,6 +37,9 @@ fn main() -> ExitCode {
         Verb::Render(render) => render::run(render),
         Verb::Bake(bake) => bake::run(bake),
         Verb::Parity(parity) => parity::run(parity),
+        Verb::Validate(validate) => validate::run(validate),
+        Verb::Muscles(muscles) => muscles::run(muscles),
+        Verb::Schema => schema::run(),
         Verb::Doctor(doctor) => doctor::run(doctor),
     };
     match done {

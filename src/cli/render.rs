@@ -57,7 +57,7 @@ mod on_device {
         load::threads(args.compute.threads)?;
         let (mut scene, muscles) = load::input(&args.input)?;
         let view = View::from(args.view);
-        if view != View::Skin && muscles.is_empty() {
+        if view != View::Skin && muscles.muscles.is_empty() {
             return Err(Failure::Usage(
                 "--view xray and --view muscles draw muscles: needs --muscles with a file that has some".into(),
             ));

@@ -54,11 +54,23 @@ pub enum MuscleError {
     Value {
         /// Name of the muscle.
         muscle: String,
-        /// The key of the muscle file that it stands under.
+        /// Where the muscle file has the value, from the muscle's own table: `insertion.offset`, `drivers[0].angle.joint`.
         key: String,
         /// The value, its bounds and the remedy.
         what: String,
     },
+}
+
+impl MuscleError {
+    /// The muscle, and where its file has the value that is wrong, from the muscle's own table.
+    pub fn place(&self) -> (&str, String) {
+        match self {
+            MuscleError::UnknownBone { muscle, role: "field", .. } => (muscle, "bone".into()),
+            MuscleError::UnknownBone { muscle, role, .. } => (muscle, format!("{role}.bone")),
+            MuscleError::NoField { muscle, .. } => (muscle, "bone".into()),
+            MuscleError::Value { muscle, key, .. } => (muscle, key.clone()),
+        }
+    }
 }
 
 /// A muscle file that cannot be read.
@@ -83,6 +95,14 @@ pub enum MuscleFileError {
         /// Column, from 1.
         column: usize,
         /// What is wrong, in one line.
+        message: String,
+    },
+    /// A change that cannot be made.
+    #[error("{}: {message}", path.display())]
+    Edit {
+        /// The file.
+        path: PathBuf,
+        /// What cannot be done, and the remedy.
         message: String,
     },
 }

@@ -7,6 +7,7 @@ mod frame;
 pub mod groups;
 pub mod muscle;
 pub mod muscle_file;
+mod nearest;
 mod topology;
 
 pub use build::{BuildOptions, Rig, VertexTarget};

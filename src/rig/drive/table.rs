@@ -1,7 +1,8 @@
 //! Tables over time, as a force or activity model supplies them: CSV, times in the first column, one muscle in each other.
 
 use crate::error::{TableError, one_line};
-use crate::rig::muscle::{Curve, MuscleSpec, Source, distance};
+use crate::rig::muscle::{Curve, MuscleSpec, Source};
+use crate::rig::nearest::nearest;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use std::collections::HashSet;
 use std::io::Read;
@@ -11,9 +12,8 @@ use std::path::{Component, Path, PathBuf};
 const BYTES: u64 = 64 << 20;
 /// Most numbers that one table holds, and that all muscles' curves together take from tables.
 const CELLS: usize = 10_000_000;
-/// Columns, and letters of each, among which the nearest names are looked for.
+/// Columns among which the nearest names are looked for.
 const COMPARED: usize = 1000;
-const LETTERS: usize = 64;
 
 /// A table over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,11 +133,8 @@ impl Table {
 
     /// Up to three columns whose names are most like this one.
     fn nearest(&self, name: &str) -> String {
-        let short = |text: &str| text.chars().take(LETTERS).collect::<String>();
-        let name = short(name);
-        let mut names: Vec<String> = self.names.iter().take(COMPARED).map(|n| one_line(&short(n))).collect();
-        names.sort_by_key(|other| distance(&name, other));
-        names.truncate(3);
+        let names = self.names.iter().take(COMPARED).map(String::as_str);
+        let names: Vec<String> = nearest(name, names, 3).into_iter().map(one_line).collect();
         names.join(", ")
     }
 }

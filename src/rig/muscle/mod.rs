@@ -4,8 +4,7 @@ mod resolve;
 mod spec;
 
 pub use resolve::resolve;
-pub(in crate::rig) use resolve::rest_input;
-pub(in crate::rig) use resolve::{distance, find_bone};
+pub(in crate::rig) use resolve::{find_bone, rest_input};
 pub use spec::{
     Attachment, BodySide, BoneShape, BoneSpec, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
     MuscleSize, MuscleSpec, ShapeCurve, Source,

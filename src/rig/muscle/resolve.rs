@@ -9,7 +9,7 @@ use crate::{
         profile::{MAX_ECCENTRICITY, MAX_EXPONENT},
     },
     math::{transform_point, transform_vector},
-    rig::{Character, FieldGroups},
+    rig::{Character, FieldGroups, nearest::nearest},
 };
 use glam::{Mat4, Vec3};
 
@@ -70,7 +70,7 @@ fn check(spec: &MuscleSpec) -> Result<(), MuscleError> {
     let refuse = |key: &str, what: String| {
         Err(MuscleError::Value { muscle: spec.name.clone(), key: key.into(), what: format!("{key} {what}") })
     };
-    for (active, shape) in [("", &spec.rest), ("active.", &spec.active)] {
+    for (active, width, shape) in [("", "rest_width", &spec.rest), ("active.", "active.width", &spec.active)] {
         for (name, exponent) in [("alpha", shape.alpha), ("beta", shape.beta)] {
             if !(1..=MAX_EXPONENT).contains(&exponent) {
                 let what = format!("is {exponent}, and must be a whole number from 1 to {MAX_EXPONENT}");
@@ -82,10 +82,7 @@ fn check(spec: &MuscleSpec) -> Result<(), MuscleError> {
             return refuse(&format!("{active}eccentricity"), what);
         }
         if !(shape.width > 0.0 && shape.width <= 10.0) {
-            return refuse(
-                &format!("{active}width"),
-                format!("factor is {}, and must be over 0 and at most 10", shape.width),
-            );
+            return refuse(width, format!("factor is {}, and must be over 0 and at most 10", shape.width));
         }
     }
     if !(MIN_SEGMENTS..=MAX_SEGMENTS).contains(&spec.segments) {
@@ -182,28 +179,9 @@ pub(in crate::rig) fn find_bone(
     bone: &str,
 ) -> Result<usize, MuscleError> {
     character.joints.iter().position(|j| j.name == bone).ok_or_else(|| {
-        let mut names: Vec<&str> = character.joints.iter().map(|j| j.name.as_str()).collect();
-        names.sort_by_key(|name| distance(bone, name));
-        names.truncate(3);
+        let names = nearest(bone, character.joints.iter().map(|j| j.name.as_str()), 3);
         MuscleError::UnknownBone { muscle: spec.name.clone(), role, bone: bone.into(), nearest: names.join(", ") }
     })
-}
-
-/// Edits that turn one name into another, case aside (Levenshtein's distance).
-pub(in crate::rig) fn distance(a: &str, b: &str) -> usize {
-    let (a, b) = (a.to_lowercase(), b.to_lowercase());
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &y) in b.iter().enumerate() {
-            let replaced = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]
@@ -291,13 +269,5 @@ mod tests {
         assert!(refused(|s| s.segments = 64).contains("3 to 63"));
         assert!(refused(|s| s.active.width = 0.0).contains("active.width factor"));
         assert!(refused(|s| s.insertion.bone = "thihg".into()).contains("nearest names: thigh"));
-    }
-
-    #[test]
-    fn distance_counts_edits() {
-        assert_eq!(distance("upperarm_l", "upperarm_l"), 0);
-        assert_eq!(distance("UpperArm_l", "upperarm_r"), 1);
-        assert_eq!(distance("", "abc"), 3);
-        assert_eq!(distance("kitten", "sitting"), 3);
     }
 }

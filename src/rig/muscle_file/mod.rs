@@ -1,0 +1,180 @@
+//! The muscle file, `NAME.muscles.toml`: read, checked, edited, mirrored, described.
+//!
+//! [`read`] gives muscles to build a rig from, [`Document`] changes a file and leaves comments, order and spacing alone,
+//! and [`schema`] is the JSON Schema that an editor checks against while a file is written by hand.
+
+mod convert;
+mod curve;
+mod edit;
+mod mirror;
+mod names;
+mod place;
+mod schema;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use edit::{Document, Mirrored, Settings};
+pub use names::SideNames;
+pub use schema::schema;
+
+use crate::error::{MuscleError, MuscleFileError};
+use crate::rig::Character;
+use crate::rig::muscle::{BoneSpec, MuscleSpec, Source};
+use place::Fault;
+use std::collections::BTreeSet;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Largest file, bytes: ten times what 500 muscles need, and a parsed one still fits a small machine's memory.
+pub const MAX_BYTES: u64 = 4 << 20;
+/// Most muscles, and most bones, of one file.
+pub const MAX_MUSCLES: usize = 4096;
+
+/// What a muscle file holds.
+#[derive(Clone, Debug, Default)]
+pub struct MuscleFile {
+    /// Name of the character, where it is given.
+    pub character: Option<String>,
+    /// The muscles, in the file's order.
+    pub muscles: Vec<MuscleSpec>,
+    /// Bones whose shape for collisions the file gives.
+    pub bones: Vec<BoneSpec>,
+    /// What is odd but accepted, one line each, with file, line and column.
+    pub notes: Vec<String>,
+    path: PathBuf,
+    text: String,
+}
+
+/// Reads a muscle file.
+///
+/// # Errors
+/// The file cannot be read, is over [`MAX_BYTES`], or is not a muscle file: line and column are named.
+pub fn read(path: &Path) -> Result<MuscleFile, MuscleFileError> {
+    parse(&read_text(path)?, path)
+}
+
+/// The text of a muscle file.
+fn read_text(path: &Path) -> Result<String, MuscleFileError> {
+    let failed = |source| MuscleFileError::Read { path: path.into(), source };
+    let mut bytes = Vec::new();
+    std::fs::File::open(path).and_then(|f| f.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(failed)?;
+    String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(&error.as_bytes()[..good]).into_owned();
+        place::at_byte(&text, path, good, "not UTF-8 text; save the file as UTF-8")
+    })
+}
+
+/// Reads a muscle file's text; `path` is for messages.
+///
+/// # Errors
+/// As [`read`], less the file system's.
+pub fn parse(text: &str, path: &Path) -> Result<MuscleFile, MuscleFileError> {
+    if text.len() as u64 > MAX_BYTES {
+        let most = MAX_BYTES >> 20;
+        return Err(place::at_byte(text, path, 0, &format!("the file is over {most} MiB, more than a muscle file is")));
+    }
+    let file: tables::File = toml::from_str(text).map_err(|error| place::of_parser(text, path, &error))?;
+    let character = file.character.name;
+    let (muscles, bones) =
+        specs(file.muscles, file.bones).map_err(|fault| place::at_key(text, path, &fault.key, &fault.message))?;
+    let notes = muscles.iter().enumerate().flat_map(|(i, spec)| {
+        let whose = format!("muscle `{}`", spec.name);
+        convert::notes(spec).into_iter().map(move |note| note.within(&format!("muscle[{i}]"), &whose))
+    });
+    let notes = notes.take(MAX_NOTES).map(|n| place::at_key(text, path, &n.key, &n.message).to_string()).collect();
+    Ok(MuscleFile { character, muscles, bones, notes, path: path.into(), text: text.into() })
+}
+
+/// Notes that are kept: finding each one's line reads the file again, and nobody reads more of them.
+const MAX_NOTES: usize = 16;
+
+fn specs(
+    muscles: Vec<tables::MuscleTable>,
+    bones: Vec<tables::BoneTable>,
+) -> Result<(Vec<MuscleSpec>, Vec<BoneSpec>), Fault> {
+    for (count, kind) in [(muscles.len(), "muscle"), (bones.len(), "bone")] {
+        if count > MAX_MUSCLES {
+            let what = format!("{count} {kind}s; a file holds at most {MAX_MUSCLES}");
+            return Err(Fault::new(format!("{kind}[{MAX_MUSCLES}]"), what));
+        }
+    }
+    let mut names = BTreeSet::new();
+    let mut specs = Vec::with_capacity(muscles.len());
+    for (i, table) in muscles.into_iter().enumerate() {
+        let (place, whose) = (format!("muscle[{i}]"), format!("muscle `{}`", shortened(&table.name)));
+        if !names.insert(table.name.clone()) {
+            return Err(Fault::new(format!("{place}.name"), format!("{whose} stands twice; names must differ")));
+        }
+        specs.push(convert::muscle(table).map_err(|fault| fault.within(&place, &whose))?);
+    }
+    let mut names = BTreeSet::new();
+    let mut shapes = Vec::with_capacity(bones.len());
+    for (i, table) in bones.into_iter().enumerate() {
+        let (place, whose) = (format!("bone[{i}]"), format!("bone `{}`", shortened(&table.bone)));
+        if !names.insert(table.bone.clone()) {
+            return Err(Fault::new(format!("{place}.bone"), format!("{whose} stands twice; give each bone one shape")));
+        }
+        shapes.push(convert::bone(table).map_err(|fault| fault.within(&place, &whose))?);
+    }
+    Ok((specs, shapes))
+}
+
+/// A name for a message, without the end of one that has none.
+fn shortened(name: &str) -> String {
+    name.chars().take(64).collect()
+}
+
+impl MuscleFile {
+    /// The file's path, as it was given.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A muscle by its name.
+    pub fn muscle(&self, name: &str) -> Option<&MuscleSpec> {
+        self.muscles.iter().find(|spec| spec.name == name)
+    }
+
+    /// What is wrong with a muscle, with the line and column of the value in this file.
+    pub fn locate(&self, error: &MuscleError) -> MuscleFileError {
+        let (muscle, key) = error.place();
+        let key = place::muscle_index(&self.text, muscle).map_or(String::new(), |i| format!("muscle[{i}].{key}"));
+        place::at_key(&self.text, &self.path, &key, &error.to_string())
+    }
+
+    /// Checks every bone and joint that the file names against the character. What a rig needs besides, the muscles'
+    /// lengths and fields, is checked where it is built.
+    ///
+    /// # Errors
+    /// A name that the character lacks, with line, column and the nearest names.
+    pub fn check(&self, character: &Character) -> Result<(), MuscleFileError> {
+        let names: BTreeSet<&str> = character.joints.iter().map(|j| j.name.as_str()).collect();
+        let known = |key: String, role: &str, name: &str, whose: String| {
+            if names.contains(name) {
+                return Ok(());
+            }
+            let nearest =
+                crate::rig::nearest::nearest(name, character.joints.iter().map(|j| j.name.as_str()), 3).join(", ");
+            let what = format!("{whose}: {role} `{name}` is not a joint of the character; nearest names: {nearest}");
+            Err(place::at_key(&self.text, &self.path, &key, &what))
+        };
+        for (i, spec) in self.muscles.iter().enumerate() {
+            let whose = || format!("muscle `{}`", spec.name);
+            known(format!("muscle[{i}].bone"), "field bone", &spec.bone, whose())?;
+            known(format!("muscle[{i}].origin.bone"), "origin bone", &spec.origin.bone, whose())?;
+            known(format!("muscle[{i}].insertion.bone"), "insertion bone", &spec.insertion.bone, whose())?;
+            for (d, driver) in spec.drive.drivers.iter().enumerate() {
+                if let Source::Angle { joint, .. } = &driver.source {
+                    known(format!("muscle[{i}].drivers[{d}].angle.joint"), "the driver's joint", joint, whose())?;
+                }
+            }
+        }
+        for (i, spec) in self.bones.iter().enumerate() {
+            known(format!("bone[{i}].bone"), "it", &spec.bone, format!("bone `{}`", spec.bone))?;
+        }
+        Ok(())
+    }
+}

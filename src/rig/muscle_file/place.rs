@@ -1,0 +1,129 @@
+//! Where in a muscle file a value stands, and mistakes in words that name the place and the remedy.
+
+use crate::error::MuscleFileError;
+use crate::rig::nearest::nearest;
+use std::path::Path;
+use toml::de::{DeTable, DeValue};
+
+/// A value that is wrong, by its place in the file: `muscle[3].insertion.offset`.
+#[derive(Debug)]
+pub(super) struct Fault {
+    pub key: String,
+    pub message: String,
+}
+
+impl Fault {
+    pub fn new(key: impl Into<String>, message: impl Into<String>) -> Fault {
+        Fault { key: key.into(), message: message.into() }
+    }
+
+    /// The same fault, seen from the table that `key` is in.
+    pub fn within(self, table: &str, whose: &str) -> Fault {
+        let key = if self.key.is_empty() { table.into() } else { format!("{table}.{}", self.key) };
+        Fault { key, message: format!("{whose}: {}", self.message) }
+    }
+}
+
+/// The error at a byte of the text.
+pub(super) fn at_byte(text: &str, path: &Path, byte: usize, message: &str) -> MuscleFileError {
+    let mut end = byte.min(text.len());
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    let before = &text[..end];
+    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+    MuscleFileError::Parse {
+        path: path.into(),
+        line: before.matches('\n').count() + 1,
+        column: before[line_start..].chars().count() + 1,
+        message: message.split_whitespace().collect::<Vec<_>>().join(" "),
+    }
+}
+
+/// The error at a value of the text; where that value is left to its default, at what holds it.
+pub(super) fn at_key(text: &str, path: &Path, key: &str, message: &str) -> MuscleFileError {
+    at_byte(text, path, byte_of(text, key), message)
+}
+
+/// The parser's or the tables' own error.
+pub(super) fn of_parser(text: &str, path: &Path, error: &toml::de::Error) -> MuscleFileError {
+    at_byte(text, path, error.span().map_or(0, |span| span.start), &in_words(error.message()))
+}
+
+/// The number of the muscle with a name.
+pub(super) fn muscle_index(text: &str, name: &str) -> Option<usize> {
+    let document = DeTable::parse(text).ok()?;
+    let muscles = document.get_ref().get("muscle")?.get_ref().as_array()?;
+    muscles.iter().position(|m| m.get_ref().get("name").and_then(|n| n.get_ref().as_str()) == Some(name))
+}
+
+/// First byte of the value at a key such as `muscle[3].keys.width[2]`.
+fn byte_of(text: &str, key: &str) -> usize {
+    let Ok(document) = DeTable::parse(text) else { return 0 };
+    let mut steps = key.split(['.', '[', ']']).filter(|step| !step.is_empty());
+    let Some(mut here) = steps.next().and_then(|first| document.get_ref().get(first)) else { return 0 };
+    for step in steps {
+        let next = match (step.parse::<usize>(), here.get_ref()) {
+            // Keys with an `ease` stand one level deeper than keys without.
+            (Ok(index), DeValue::Table(table)) => table.get("points").and_then(|points| points.get_ref().get(index)),
+            (Ok(index), value) => value.get(index),
+            (Err(_), value) => value.get(step),
+        };
+        match next {
+            Some(next) => here = next,
+            None => break,
+        }
+    }
+    // A whole muscle is best shown by its name.
+    let named = here.get_ref().get("name").or_else(|| here.get_ref().get("bone")).unwrap_or(here);
+    let shown = if key.starts_with("muscle") || key.starts_with("bone") { named } else { here };
+    shown.span().start
+}
+
+/// The deserialiser's words in the file's own: keys rather than fields, and the nearest name rather than all of them.
+fn in_words(message: &str) -> String {
+    for (kind, word) in [("unknown field `", "key"), ("unknown variant `", "value")] {
+        let Some(rest) = message.strip_prefix(kind) else { continue };
+        // Known names are listed after the unknown one, which may hold anything.
+        let Some((unknown, known)) = rest.rsplit_once("`, expected ") else { continue };
+        let known: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
+        return match nearest(unknown, known.iter().copied(), 1).first() {
+            Some(best) => format!("unknown {word} `{unknown}`; did you mean `{best}`? Known are {}", known.join(", ")),
+            None => format!("unknown {word} `{unknown}`"),
+        };
+    }
+    match message.strip_prefix("missing field `").and_then(|rest| rest.split_once('`')) {
+        Some((key, _)) => format!("key `{key}` is missing"),
+        None => message.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_found_by_their_keys() {
+        let text = "[[muscle]]\nname = \"a\"\nkeys = { width = { ease = \"step\", points = [[0, 1], [2, 3]] } }\n\
+                    origin = { bone = \"b\", offset = [1, 2, 3] }\n[[muscle]]\nname = \"é\"\nalpha = 4\n";
+        let shown = |key: &str| {
+            let rest = &text[byte_of(text, key)..];
+            rest.chars().take(4).collect::<String>()
+        };
+        assert_eq!(shown("muscle[0].keys.width[1]"), "[2, ");
+        assert_eq!(shown("muscle[0].origin.offset"), "[1, ");
+        assert_eq!(shown("muscle[0].origin.offset[2]"), "3] }");
+        assert_eq!(shown("muscle[1].alpha"), "4\n");
+        assert_eq!(shown("muscle[1].beta"), "\"é\"\n");
+        assert_eq!(byte_of(text, "nothing[7].here"), 0);
+        assert_eq!(muscle_index(text, "é"), Some(1));
+        assert_eq!(muscle_index(text, "b"), None);
+    }
+
+    #[test]
+    fn an_unknown_name_may_hold_anything() {
+        let message = in_words("unknown field `a`, expected `b`, expected one of `alpha`, `beta`");
+        assert!(message.contains("did you mean `"), "{message}");
+        assert_eq!(in_words("missing field `bone`"), "key `bone` is missing");
+    }
+}

@@ -1,0 +1,300 @@
+//! What stands in a muscle file, table by table. The JSON Schema is derived from the same declarations, so that what it
+//! says and what is read cannot differ; every key's comment is its description there.
+
+use super::curve::{CurveTable, ShapeCurveTable};
+use crate::rig::muscle::{BodySide, Combine, Ease};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// The muscles of one character. Metres, radians, seconds.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "Sinew muscle file")]
+pub(super) struct File {
+    /// The character that the muscles belong to.
+    #[serde(default)]
+    pub character: CharacterTable,
+    /// The muscles, in the order in which they are shown.
+    #[serde(default, rename = "muscle")]
+    pub muscles: Vec<MuscleTable>,
+    /// Shapes of bones, for collisions.
+    #[serde(default, rename = "bone")]
+    pub bones: Vec<BoneTable>,
+}
+
+/// The character.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CharacterTable {
+    /// Its name.
+    pub name: Option<String>,
+}
+
+/// One muscle.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["width"] }, { "required": ["volume"] }]))]
+pub(super) struct MuscleTable {
+    /// Name, unique in the file.
+    pub name: String,
+    /// Side of the body: left, right, or centre where nothing is said.
+    #[serde(default)]
+    pub side: SideName,
+    /// The bone whose skin the muscle shapes.
+    pub bone: String,
+    /// The end on the body's side.
+    pub origin: AttachmentTable,
+    /// The end that moves.
+    pub insertion: AttachmentTable,
+    /// Several fibres spread between two lines, in place of one spindle.
+    pub fibres: Option<FibresTable>,
+    /// Segments of the axis, 3 to 63; 29 where nothing is said.
+    #[schemars(range(min = 3, max = 63))]
+    pub segments: Option<u32>,
+    /// Profile exponent at the origin at rest, 1 to 9; 3 where nothing is said. The profile along the muscle is
+    /// s^(alpha-1) (1-s)^(beta-1); a larger one draws the belly away from that end, and 1 makes a blunt end.
+    #[schemars(range(min = 1, max = 9))]
+    pub alpha: Option<u32>,
+    /// Profile exponent at the insertion at rest, 1 to 9; 3 where nothing is said.
+    #[schemars(range(min = 1, max = 9))]
+    pub beta: Option<u32>,
+    /// Eccentricity of the section at rest: 0 is round, 0.99 the flattest.
+    #[schemars(range(min = 0.0, max = 0.99))]
+    pub eccentricity: Option<f32>,
+    /// Factor on the width at rest; 1 keeps the volume.
+    pub rest_width: Option<f32>,
+    /// The shape at full activation; the same as at rest where there is no such table.
+    pub active: Option<ActiveTable>,
+    /// Factor on the width of both shapes; more than 1 exaggerates.
+    pub width_scale: Option<f32>,
+    /// Largest radius at rest were the section round, metres. Of a fibre set, each fibre's own.
+    pub width: Option<f32>,
+    /// Volume in place of the width, cubic metres. Of a fibre set, all fibres' together.
+    pub volume: Option<f32>,
+    /// Stiffness of the axis, 0 to 1; 0.4 where nothing is said.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub stiffness: Option<f32>,
+    /// Share of the length at each end that is tendon, 0 to 0.45; 0.1 where nothing is said.
+    #[schemars(range(min = 0.0, max = 0.45))]
+    pub tendon: Option<f32>,
+    /// Muscles of the same group collide with one another; without one the muscle collides with none.
+    pub collision_group: Option<String>,
+    /// What activates the muscle, in order; without any word its own shortening, fully at 70 % of its rest length.
+    pub drivers: Option<Vec<DriverTable>>,
+    /// Seconds from no to full activation at the quickest; 0 follows at once.
+    #[schemars(range(min = 0.0))]
+    pub attack: Option<f32>,
+    /// Seconds from full to no activation at the quickest; 0 follows at once.
+    #[schemars(range(min = 0.0))]
+    pub decay: Option<f32>,
+    /// Values over time.
+    pub keys: Option<KeysTable>,
+}
+
+/// Side of the body.
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum SideName {
+    Left,
+    Right,
+    #[default]
+    Centre,
+}
+
+/// One end of a muscle.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AttachmentTable {
+    /// The bone that carries it.
+    pub bone: String,
+    /// Metres, in the bone's own space at rest.
+    pub offset: [f32; 3],
+    /// Direction of the section's long axis, in the bone's own space; Z where nothing is said.
+    pub normal: Option<[f32; 3]>,
+}
+
+/// A fibre set.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FibresTable {
+    /// Number of fibres, 2 to 32.
+    #[schemars(range(min = 2, max = 32))]
+    pub count: u32,
+    /// Points after the origin's own on the line from which the fibres start; metres, in the origin bone's space.
+    #[serde(default)]
+    pub origin_line: Vec<[f32; 3]>,
+    /// Points after the insertion's own on the line where the fibres end; metres, in the insertion bone's space.
+    #[serde(default)]
+    pub insertion_line: Vec<[f32; 3]>,
+    /// Whether the fibres may overlap; else they collide with one another.
+    #[serde(default)]
+    pub overlap: bool,
+}
+
+/// The shape at full activation.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ActiveTable {
+    /// Profile exponent at the origin, 1 to 9; 4 where nothing is said.
+    #[schemars(range(min = 1, max = 9))]
+    pub alpha: Option<u32>,
+    /// Profile exponent at the insertion, 1 to 9; 7 where nothing is said.
+    #[schemars(range(min = 1, max = 9))]
+    pub beta: Option<u32>,
+    /// Eccentricity of the section; as at rest where nothing is said.
+    #[schemars(range(min = 0.0, max = 0.99))]
+    pub eccentricity: Option<f32>,
+    /// Factor on the width; 1 keeps the volume.
+    pub width: Option<f32>,
+}
+
+/// One driver: one of length, angle, constant and table.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["length"] }, { "required": ["angle"] }, { "required": ["constant"] },
+    { "required": ["table"] }]))]
+pub(super) struct DriverTable {
+    /// The muscle's length over its length at rest.
+    pub length: Option<LengthTable>,
+    /// The angle of a joint.
+    pub angle: Option<AngleTable>,
+    /// Always the same value.
+    pub constant: Option<f32>,
+    /// A column of a table over time.
+    pub table: Option<TimeTable>,
+    /// How it joins the drivers before it: the larger (max), the sum (add) or the product (multiply).
+    #[serde(default)]
+    pub combine: CombineName,
+}
+
+/// Activation by length: 1 at `min` and below, 0 at `max` and above.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LengthTable {
+    /// Ratio of full activation; 0.7 where nothing is said.
+    pub min: Option<f32>,
+    /// Ratio of no activation; 1 where nothing is said.
+    pub max: Option<f32>,
+    /// Whether stretching activates rather than shortening.
+    #[serde(default)]
+    pub invert: bool,
+}
+
+/// Activation by the angle of a joint from its rest pose: 0 at `from`, 1 at `to`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AngleTable {
+    /// The joint.
+    pub joint: String,
+    /// Axis in the joint's own space, to count turns about it alone, with their sign; else the whole angle counts.
+    pub axis: Option<[f32; 3]>,
+    /// Radians where activation begins.
+    #[serde(default)]
+    pub from: f32,
+    /// Radians where it is full.
+    pub to: f32,
+}
+
+/// Activation from a table over time: CSV whose first column is `time` in seconds.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TimeTable {
+    /// The table's file, from the muscle file's folder.
+    pub file: String,
+    /// Heading of the column; the muscle's name where nothing is said.
+    pub column: Option<String>,
+}
+
+/// How two values are joined.
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum CombineName {
+    #[default]
+    Max,
+    Add,
+    Multiply,
+}
+
+/// Values over time. Times are seconds after the clip's start, ascending.
+#[derive(Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct KeysTable {
+    /// Activation, 0 to 1.
+    pub activation: Option<CurveTable>,
+    /// Eccentricity, 0 to 0.99, in place of the shapes' own.
+    pub eccentricity: Option<CurveTable>,
+    /// Factor on the width, besides the shapes' own.
+    pub width: Option<CurveTable>,
+    /// Stiffness, 0 to 1, in place of the muscle's own.
+    pub stiffness: Option<CurveTable>,
+    /// Exponents at rest, blended at constant volume from key to key.
+    pub shape: Option<ShapeCurveTable>,
+    /// How keyed activation joins what the drivers say.
+    #[serde(default)]
+    pub combine: CombineName,
+}
+
+/// How keys are joined.
+#[derive(Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum EaseName {
+    #[default]
+    Linear,
+    Step,
+    Cubic,
+}
+
+/// The shape of a bone for collisions: a capsule or a mesh.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["capsule"] }, { "required": ["mesh"] }]))]
+pub(super) struct BoneTable {
+    /// The bone.
+    pub bone: String,
+    /// A capsule in the bone's own space at rest.
+    pub capsule: Option<CapsuleTable>,
+    /// A mesh of the character's file, by name.
+    pub mesh: Option<String>,
+}
+
+/// A capsule, metres.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CapsuleTable {
+    /// Centre of one end.
+    pub from: [f32; 3],
+    /// Centre of the other end.
+    pub to: [f32; 3],
+    /// Radius.
+    pub radius: f32,
+}
+
+impl From<SideName> for BodySide {
+    fn from(name: SideName) -> BodySide {
+        match name {
+            SideName::Left => BodySide::Left,
+            SideName::Right => BodySide::Right,
+            SideName::Centre => BodySide::Centre,
+        }
+    }
+}
+
+impl From<CombineName> for Combine {
+    fn from(name: CombineName) -> Combine {
+        match name {
+            CombineName::Max => Combine::Max,
+            CombineName::Add => Combine::Add,
+            CombineName::Multiply => Combine::Multiply,
+        }
+    }
+}
+
+impl From<EaseName> for Ease {
+    fn from(name: EaseName) -> Ease {
+        match name {
+            EaseName::Linear => Ease::Linear,
+            EaseName::Step => Ease::Step,
+            EaseName::Cubic => Ease::Cubic,
+        }
+    }
+}

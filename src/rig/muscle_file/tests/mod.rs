@@ -1,0 +1,4 @@
+//! Reading and refusing; editing and mirroring.
+
+mod edit;
+mod read;
