@@ -4,10 +4,10 @@ use crate::args;
 use crate::deform::{Deformer, Machine};
 use crate::failure::Failure;
 use crate::load::{self, Frames};
+use crate::playback::Playback;
 use crate::print;
 use crate::progress::Progress;
 use serde::Serialize;
-use sinew::clip::Scene;
 use sinew::error::OutputError;
 use sinew::io::atomic::FileSet;
 use sinew::io::{obj, pc2};
@@ -43,7 +43,7 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
-    play(&scene, &frames, &mut deformer, &options, &mut sink)?;
+    play(&scene.character, &mut Playback::new(&scene, &frames, &rig), &frames, &mut deformer, &options, &mut sink)?;
     sink.finish()?;
     let baked = Baked {
         output: args.output.clone(),
@@ -70,7 +70,8 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
 }
 
 fn play(
-    scene: &Scene,
+    character: &Character,
+    playback: &mut Playback,
     frames: &Frames,
     deformer: &mut Deformer,
     options: &FrameOptions,
@@ -78,12 +79,12 @@ fn play(
 ) -> Result<(), Failure> {
     let progress = Progress::steps("baking", u64::from(frames.count()));
     for number in frames.numbers() {
-        let skin = deformer.frame(&frames.pose(scene, number), options)?;
+        let skin = deformer.frame(&playback.pose(number)?, options)?;
         match sink {
             Sink::Pc2(writer) => writer.frame(&skin.positions).map_err(Failure::input)?,
             Sink::Obj { set, stem } => {
                 set.write(&format!("{stem}_{number:04}.obj"), |path| {
-                    obj::write_frame(path, number, &scene.character, &skin.positions, &skin.normals)
+                    obj::write_frame(path, number, character, &skin.positions, &skin.normals)
                 })
                 .map_err(Failure::input)?;
             }

@@ -16,6 +16,7 @@ mod interrupt;
 mod load;
 mod muscles;
 mod parity;
+mod playback;
 mod print;
 mod progress;
 mod render;

@@ -19,6 +19,7 @@ mod on_device {
     use crate::args::Device;
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
+    use crate::playback::Playback;
     use crate::print;
     use crate::progress::Progress;
     use serde::Serialize;
@@ -73,8 +74,9 @@ mod on_device {
             stops: stop_counts(&[]).iter().map(|(reason, n)| (format!("{reason:?}"), *n)).collect(),
         };
         let progress = Progress::steps("comparing", numbers.len() as u64);
+        let mut playback = Playback::new(&scene, &frames, &rig);
         for &number in &numbers {
-            let pose = frames.pose(&scene, number);
+            let pose = playback.pose(number)?;
             let gpu = device.stages(&pose)?;
             let trace = reference.frame(&pose, &options).map_err(Failure::input)?;
             let stages = compare(&gpu, CpuResult(&trace), scene.character.height_rest());

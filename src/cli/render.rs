@@ -18,6 +18,7 @@ mod on_device {
     use crate::deform::{Deformer, Machine};
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
+    use crate::playback::Playback;
     use crate::print;
     use crate::progress::Progress;
     use crate::studio::{self, Studio};
@@ -229,9 +230,11 @@ mod on_device {
     ) -> Result<Vec<(u32, Picture)>, Failure> {
         let progress = Progress::steps("drawing", shoot.frames.len() as u64);
         let chosen = chosen(shoot.frames.len());
+        let rig = Arc::clone(&film.rig);
+        let mut playback = Playback::new(scene, frames, &rig);
         let mut kept = Vec::new();
         for (i, number) in shoot.frames.enumerate() {
-            let picture = film.picture(&frames.pose(scene, number), shoot.view)?;
+            let picture = film.picture(&playback.pose(number)?, shoot.view)?;
             if let Some(files) = &mut shoot.files {
                 write(&format!("frame_{number:04}.png"), &picture, files)?;
             }

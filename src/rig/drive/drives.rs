@@ -57,6 +57,11 @@ impl Drives {
         self.entries.is_empty()
     }
 
+    /// Whether no muscle has attack or decay: a pose then needs no [`Effort`](super::Effort).
+    pub fn is_immediate(&self) -> bool {
+        self.entries.iter().all(|e| (e.spec.drive.attack, e.spec.drive.decay) == (0.0, 0.0))
+    }
+
     /// Index of the muscle of this name; of equal names the first.
     pub fn index_of(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
