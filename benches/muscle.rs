@@ -114,7 +114,7 @@ fn gpu(criterion: &mut Criterion, scene: &Scene, headless: &Headless) {
         ];
         let named = buffers.each_ref().map(|(name, buffer)| (*name, buffer));
         let bindings = kernels.bind(&headless.device, KernelId::MuscleSample, &named).expect("bindings");
-        let [x, y] = dispatch::groups(POINTS.div_ceil(4) as u64, WORKGROUP).expect("fits");
+        let [x, y] = dispatch::groups(POINTS.div_ceil(muscle::POINTS_PER_THREAD) as u64, WORKGROUP).expect("fits");
         group.bench_function(what, |b| {
             b.iter(|| {
                 headless.submit(|encoder| {

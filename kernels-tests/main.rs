@@ -2,6 +2,7 @@
 //! one test on it at a time.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod bulge;
 mod cli;
 mod doors;
 mod field_sample;

@@ -69,8 +69,13 @@ impl Muscles {
             ("axes", bytemuck::cast_slice(&self.axes)),
             ("points", bytemuck::cast_slice(points)),
         ];
-        let out =
-            run(&gpu, KernelId::MuscleSample, count.div_ceil(4) as u64, &inputs, &[("samples", (count + 1) * 16)]);
+        let out = run(
+            &gpu,
+            KernelId::MuscleSample,
+            count.div_ceil(muscle::POINTS_PER_THREAD) as u64,
+            &inputs,
+            &[("samples", (count + 1) * 16)],
+        );
         let mut samples: Vec<Vec4> = bytemuck::pod_collect_to_vec(&out[0]);
         assert_eq!(samples.pop().map(|s| s.x.to_bits()), Some(JUNK), "written beyond the last point");
         Some(samples)

@@ -57,26 +57,23 @@ impl Foot {
 fn nearest(points: &[AxisPoint], q: Vec3) -> (usize, f32) {
     let mut best = f32::INFINITY;
     let mut found = 0;
-    let mut before = q - points[0].position.xyz();
-    for (i, point) in points[1..].iter().enumerate() {
-        let after = q - point.position.xyz();
-        let squared = squared_distance(before, after, point.position.w);
+    for (i, ends) in points.windows(2).enumerate() {
+        let [start, span, scale] = segment(&ends[0], &ends[1]);
+        let h = q - start;
+        let offset = h - span * (h.dot(span) * scale.x).clamp(0.0, 1.0);
+        let squared = offset.dot(offset);
         if squared < best {
             best = squared;
             found = i;
         }
-        before = after;
     }
     (found, best)
 }
 
-/// Squared distance to a segment, from its ends to the point and one over its squared length.
+/// What the search for the nearest segment reads of it: its start, its span, and one over its squared length.
 #[inline(always)]
-pub(super) fn squared_distance(before: Vec3, after: Vec3, inverse_squared: f32) -> f32 {
-    let span = before - after;
-    let share = (before.dot(span) * inverse_squared).clamp(0.0, 1.0);
-    let offset = before - span * share;
-    offset.dot(offset)
+pub(super) fn segment(start: &AxisPoint, end: &AxisPoint) -> [Vec3; 3] {
+    [start.position.xyz(), end.position.xyz() - start.position.xyz(), Vec3::splat(end.position.w)]
 }
 
 /// Projects a point on an axis. In the inner angle between two segments, where the point has a foot inside both, the

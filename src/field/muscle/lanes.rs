@@ -1,12 +1,12 @@
-//! Many points in many muscles' fields: eight points at a time through every segment, which the compiler makes vector
+//! Many points in many muscles' fields: many points at a time through every segment, which the compiler makes vector
 //! instructions of.
 
 use super::{
     AxisPoint, MuscleFrame,
-    evaluate::{evaluate_near, squared_distance},
+    evaluate::{evaluate_near, segment},
 };
 use crate::field::Sample;
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 crate::gpu_struct! {
@@ -23,8 +23,11 @@ crate::gpu_struct! {
     }
 }
 
+/// Points that one thread of the kernel takes.
+pub const POINTS_PER_THREAD: usize = 8;
+
 /// Points that go through an axis together.
-const LANES: usize = 8;
+const LANES: usize = 64;
 /// Points of one piece of work.
 const PIECE: usize = 256;
 
@@ -70,16 +73,18 @@ pub fn union_with(instructions: Instructions, input: &UnionInput, points: &[Vec4
     });
 }
 
-/// Eight points, and the largest field seen at each.
+/// Some points, and the largest field seen at each.
 struct Block {
-    x: [f32; LANES],
-    y: [f32; LANES],
-    z: [f32; LANES],
+    x: Lanes,
+    y: Lanes,
+    z: Lanes,
     best: [Sample; LANES],
 }
 
+type Lanes = [f32; LANES];
+
 impl Block {
-    /// Takes up to eight points; the last one stands for those that are missing.
+    /// Takes up to as many points as there are lanes; the last one stands for those that are missing.
     fn new(points: &[Vec4]) -> Block {
         let at = |lane: usize| points[lane.min(points.len() - 1)];
         Block {
@@ -129,19 +134,25 @@ fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
 }
 
 /// The nearest segment of each point, and the squared distance to it.
+///
+/// The loop over the lanes is long enough that it stays one, of vector instructions as wide as the processor's.
 #[inline(always)]
-fn nearest(points: &[AxisPoint], block: &Block) -> ([u32; LANES], [f32; LANES]) {
+fn nearest(points: &[AxisPoint], block: &Block) -> ([u32; LANES], Lanes) {
     let mut found = [0; LANES];
     let mut best = [f32::INFINITY; LANES];
-    let mut before: [Vec3; LANES] = std::array::from_fn(|lane| block.point(lane) - points[0].position.xyz());
-    for (i, point) in (0..).zip(&points[1..]) {
+    for (i, ends) in (0..).zip(points.windows(2)) {
+        let [start, span, scale] = segment(&ends[0], &ends[1]);
         for lane in 0..LANES {
-            let after = block.point(lane) - point.position.xyz();
-            let squared = squared_distance(before[lane], after, point.position.w);
+            let (hx, hy, hz) = (block.x[lane] - start.x, block.y[lane] - start.y, block.z[lane] - start.z);
+            // Not `clamp`: which looks for NaN, at three instructions a bound.
+            let share = (hx * span.x + hy * span.y + hz * span.z) * scale.x;
+            let share = if share > 0.0 { share } else { 0.0 };
+            let share = if share < 1.0 { share } else { 1.0 };
+            let (ox, oy, oz) = (hx - span.x * share, hy - span.y * share, hz - span.z * share);
+            let squared = ox * ox + oy * oy + oz * oz;
             let closer = squared < best[lane];
             best[lane] = if closer { squared } else { best[lane] };
             found[lane] = if closer { i } else { found[lane] };
-            before[lane] = after;
         }
     }
     (found, best)

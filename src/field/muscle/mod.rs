@@ -8,7 +8,7 @@ pub mod profile;
 
 pub use axis::AxisPoint;
 pub use evaluate::{Projection, evaluate, project};
-pub use lanes::{Instructions, UnionInput, UnionParams, union, union_with};
+pub use lanes::{Instructions, POINTS_PER_THREAD, UnionInput, UnionParams, union, union_with};
 pub use profile::Profile;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
