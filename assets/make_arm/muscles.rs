@@ -26,6 +26,11 @@ pub struct Muscle {
     width: f64,
 }
 
+/// Exponents of the muscles that bend the elbow when they are fully active: higher and fuller than at rest, not a ball.
+const ACTIVE: (u32, u32) = (4, 4);
+/// The muscles that bend the elbow; the others keep their shape.
+const BENDERS: [&str; 3] = ["biceps", "brachialis", "brachioradialis"];
+
 /// The muscles of the arm.
 pub fn all() -> Vec<Muscle> {
     let v = DVec3::new;
@@ -154,9 +159,13 @@ impl Muscle {
         let end = |bone, offset, normal| {
             format!("{{ bone = \"{bone}\", offset = {}, normal = {} }}", triple(offset), triple(normal))
         };
+        let active = match BENDERS.contains(&self.name) {
+            true => format!("active = {{ alpha = {}, beta = {} }}\n", ACTIVE.0, ACTIVE.1),
+            false => String::new(),
+        };
         format!(
             "\n# {}\n[[muscle]]\nname = \"{}\"\nside = \"left\"\nbone = \"{}\"\norigin    = {}\ninsertion = {}\n\
-             alpha = {}\nbeta = {}\neccentricity = {:.2}\nwidth = {:.4}\n",
+             alpha = {}\nbeta = {}\neccentricity = {:.2}\nwidth = {:.4}\n{active}",
             self.remark,
             self.name,
             self.bone,
@@ -183,10 +192,13 @@ pub fn muscle_file(skeleton: &Skeleton) -> String {
 #   bone          the bone whose skin the muscle shapes
 #   origin        the end on the body's side; insertion: the end that moves
 #   normal        direction of the section's long axis at that end; it matters when eccentricity is not 0
-#   alpha, beta   2 to 9: the profile along the muscle is s^(alpha-1) (1-s)^(beta-1), so that a larger beta moves
+#   alpha, beta   1 to 9: the profile along the muscle is s^(alpha-1) (1-s)^(beta-1), so that a larger beta moves
 #                 the belly towards the origin, and larger values of both make it more pointed
 #   eccentricity  0 for a round section, towards 1 for a flat one
 #   width         largest radius at rest if the section were round
+#   active        the shape of a muscle that has become 30 % shorter than at rest, and so fully active
+#
+# Every other key is shown in sample.muscles.toml.
 
 [character]
 name = \"arm\"

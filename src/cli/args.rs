@@ -132,9 +132,9 @@ pub struct Inspect {
 pub enum ViewArg {
     /// The skin with its textures
     Skin,
-    /// Muscles under translucent skin
+    /// Muscles under translucent skin, redder where active
     Xray,
-    /// Muscles alone
+    /// Muscles alone; the long axis of a flat one lies along the `normal` of its muscle file
     Muscles,
 }
 

@@ -5,7 +5,6 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use sinew::clip::{ClipChoice, Scene};
 use sinew::error::RigError;
-use sinew::rig::drive::load_tables;
 use sinew::rig::muscle_file::{self, MuscleFile};
 use sinew::rig::{BuildOptions, Pose, Rig};
 use sinew::schedule::Skinning;
@@ -28,9 +27,7 @@ pub fn threads(count: Option<NonZeroUsize>) -> Result<(), Failure> {
 pub fn input(input: &Input) -> Result<(Scene, MuscleFile), Failure> {
     let muscles = input.muscles.as_deref().map(muscle_file::read).transpose().map_err(Failure::input)?;
     let mut scene = sinew::io::gltf::read(&input.file).map_err(Failure::input)?;
-    let mut muscles = muscles.unwrap_or_default();
-    let folder = input.muscles.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).to_owned();
-    load_tables(&mut muscles.muscles, &folder).map_err(Failure::input)?;
+    let muscles = muscles.unwrap_or_default();
     muscles.check(&scene.character).map_err(Failure::input)?;
     scene.notes.extend(muscles.notes.iter().cloned());
     Ok((scene, muscles))

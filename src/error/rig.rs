@@ -1,6 +1,6 @@
 //! What can be wrong with a rig, its muscles and its poses.
 
-use super::FieldError;
+use super::{FieldError, TableError};
 use std::path::PathBuf;
 
 /// A rig that cannot be built.
@@ -97,6 +97,9 @@ pub enum MuscleFileError {
         /// What is wrong, in one line.
         message: String,
     },
+    /// A driver's table that cannot be read.
+    #[error(transparent)]
+    Table(#[from] TableError),
     /// A change that cannot be made.
     #[error("{}: {message}", path.display())]
     Edit {

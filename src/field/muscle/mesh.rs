@@ -211,7 +211,8 @@ mod tests {
     fn worst_volume(widen: f32, bend: std::ops::RangeInclusive<u32>) -> f64 {
         let mut worst = 0.0f64;
         for degrees in bend.step_by(30) {
-            for (exponents, e) in [((3, 3), 0.0), ((4, 7), 0.0), ((3, 3), 0.7), ((2, 3), 0.5)] {
+            let shapes = [((3, 3), 0.0), ((4, 7), 0.0), ((3, 3), 0.7), ((2, 3), 0.5), ((3, 3), -0.6)];
+            for (exponents, e) in shapes {
                 let (mut m, points) = arc_muscle((degrees as f32).to_radians(), 29, exponents, e);
                 let expected = std::f64::consts::PI * f64::from(m.width).powi(2) * f64::from(m.length);
                 m.width *= widen;

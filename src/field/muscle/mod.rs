@@ -247,8 +247,8 @@ pub(crate) mod tests {
         along(&positions, exponents, eccentricity, axis.cross(Vec3::X))
     }
 
-    /// A muscle whose axis is bent evenly by `angle` radians; its normal stands square to the plane of the bend where it
-    /// is eccentric, as a muscle lies on a bone.
+    /// A muscle whose axis is bent evenly by `angle` radians. Its normal stands square to the plane of the bend, as that of
+    /// a muscle on a bone does, or in that plane where the eccentricity is given as negative.
     pub(crate) fn arc_muscle(
         angle: f32,
         segments: u32,
@@ -264,7 +264,8 @@ pub(crate) mod tests {
             let turn = angle * (share(i) - 0.5);
             Vec3::new(radius * turn.cos() - radius, radius * turn.sin(), 0.0)
         };
-        along(&(0..=segments).map(point).collect::<Vec<_>>(), exponents, eccentricity, Vec3::Z)
+        let normal = if eccentricity < 0.0 { Vec3::X } else { Vec3::Z };
+        along(&(0..=segments).map(point).collect::<Vec<_>>(), exponents, eccentricity.abs(), normal)
     }
 
     /// A muscle along given positions.

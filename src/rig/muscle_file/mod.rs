@@ -21,6 +21,7 @@ pub use schema::schema;
 
 use crate::error::{MuscleError, MuscleFileError};
 use crate::rig::Character;
+use crate::rig::drive::load_tables;
 use crate::rig::muscle::{BoneSpec, MuscleSpec, Source};
 use place::Fault;
 use std::collections::BTreeSet;
@@ -47,12 +48,15 @@ pub struct MuscleFile {
     text: String,
 }
 
-/// Reads a muscle file.
+/// Reads a muscle file, and the tables that its drivers name.
 ///
 /// # Errors
-/// The file cannot be read, is over [`MAX_BYTES`], or is not a muscle file: line and column are named.
+/// The file cannot be read, is over [`MAX_BYTES`], or is not a muscle file: line and column are named. So they are of a table
+/// that cannot be read.
 pub fn read(path: &Path) -> Result<MuscleFile, MuscleFileError> {
-    parse(&read_text(path)?, path)
+    let mut file = parse(&read_text(path)?, path)?;
+    load_tables(&mut file.muscles, path.parent().unwrap_or(Path::new("")))?;
+    Ok(file)
 }
 
 /// The text of a muscle file.
@@ -67,7 +71,7 @@ fn read_text(path: &Path) -> Result<String, MuscleFileError> {
     })
 }
 
-/// Reads a muscle file's text; `path` is for messages.
+/// Reads a muscle file's text; `path` is for messages. Tables of drivers are not read: see [`load_tables`].
 ///
 /// # Errors
 /// As [`read`], less the file system's.
