@@ -431,6 +431,23 @@ mod tests {
         }
 
         #[test]
+        fn a_wild_polyline_is_finite_too(
+            corners in prop::collection::vec(prop::array::uniform3(-3i32..=3), 4..24),
+            normal in prop::array::uniform3(-1i32..=1),
+            e in 0.0f32..=0.99,
+            q in prop::array::uniform3(-4i32..=4),
+        ) {
+            // On a coarse lattice corners coincide, segments fold back on themselves, and points lie on the axis.
+            let at = |p: [i32; 3]| Vec3::from(p.map(|x| x as f32)) * 0.02;
+            let positions: Vec<Vec3> = corners.into_iter().map(at).collect();
+            let (m, points) = made(&positions, (at(normal), -at(normal)), &Profile::of(1, 3), e);
+            for offset in [Vec3::ZERO, Vec3::splat(1e-7), Vec3::new(0.003, -0.001, 0.002)] {
+                let sample = evaluate(&m, &points, at(q) + offset);
+                prop_assert!((0.0..=1.0).contains(&sample.value) && sample.gradient.is_finite(), "{sample:?}");
+            }
+        }
+
+        #[test]
         fn reversal_exchanges_alpha_and_beta((positions, normals, profile, e, q) in any_muscle()) {
             let (m, points) = made(&positions, normals, &profile, e);
             let back: Vec<Vec3> = positions.iter().rev().copied().collect();

@@ -16,9 +16,6 @@ use glam::{Mat4, Vec3};
 /// Support of the muscle's field outside its surface, in largest rest radii (background 3.2: .5 to 1).
 const SUPPORT_RADII: f32 = 0.75;
 
-/// Fewest and most fibres of a set.
-const FIBRES: std::ops::RangeInclusive<u32> = 2..=32;
-
 /// Checks a muscle against its character and derives what the stages read: one entry per fibre, one for a muscle that
 /// is not a set. `first_point` is left 0.
 ///
@@ -72,12 +69,12 @@ fn check(spec: &MuscleSpec) -> Result<(), MuscleError> {
     };
     for (active, width, shape) in [("", "rest_width", &spec.rest), ("active.", "active.width", &spec.active)] {
         for (name, exponent) in [("alpha", shape.alpha), ("beta", shape.beta)] {
-            if !(1..=MAX_EXPONENT).contains(&exponent) {
+            if !MuscleSpec::EXPONENTS_RANGE.contains(&exponent) {
                 let what = format!("is {exponent}, and must be a whole number from 1 to {MAX_EXPONENT}");
                 return refuse(&format!("{active}{name}"), what);
             }
         }
-        if !(0.0..=MAX_ECCENTRICITY).contains(&shape.eccentricity) {
+        if !MuscleSpec::ECCENTRICITY_RANGE.contains(&shape.eccentricity) {
             let what = format!("is {}, and must be in 0 to {MAX_ECCENTRICITY}", shape.eccentricity);
             return refuse(&format!("{active}eccentricity"), what);
         }
@@ -85,13 +82,13 @@ fn check(spec: &MuscleSpec) -> Result<(), MuscleError> {
             return refuse(width, format!("factor is {}, and must be over 0 and at most 10", shape.width));
         }
     }
-    if !(MIN_SEGMENTS..=MAX_SEGMENTS).contains(&spec.segments) {
+    if !MuscleSpec::SEGMENTS_RANGE.contains(&spec.segments) {
         return refuse("segments", format!("is {}, and must be in {MIN_SEGMENTS} to {MAX_SEGMENTS}", spec.segments));
     }
     if !(0.0..=1.0).contains(&spec.stiffness) {
         return refuse("stiffness", format!("is {}, and must be in 0 to 1", spec.stiffness));
     }
-    if !(0.0..=0.45).contains(&spec.tendon) {
+    if !MuscleSpec::TENDON_RANGE.contains(&spec.tendon) {
         return refuse("tendon", format!("is {}, and must be in 0 to 0.45", spec.tendon));
     }
     for (name, end, line) in [
@@ -106,8 +103,9 @@ fn check(spec: &MuscleSpec) -> Result<(), MuscleError> {
         }
     }
     match &spec.fibres {
-        Some(FibreSet { count, .. }) if !FIBRES.contains(count) => {
-            refuse("fibres.count", format!("is {count}, and must be in {} to {}", FIBRES.start(), FIBRES.end()))
+        Some(FibreSet { count, .. }) if !MuscleSpec::FIBRES_RANGE.contains(count) => {
+            let (least, most) = MuscleSpec::FIBRES_RANGE.into_inner();
+            refuse("fibres.count", format!("is {count}, and must be in {least} to {most}"))
         }
         _ => Ok(()),
     }

@@ -1,6 +1,11 @@
 //! A muscle as its author gives it: ends, shapes, size, keys, drivers.
 
+use crate::field::muscle::{
+    axis::{MAX_SEGMENTS, MIN_SEGMENTS},
+    profile::{MAX_ECCENTRICITY, MAX_EXPONENT},
+};
 use glam::Vec3;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 /// One end of a muscle.
@@ -238,6 +243,16 @@ pub struct MuscleSpec {
 }
 
 impl MuscleSpec {
+    /// What profile exponents may be.
+    pub const EXPONENTS_RANGE: RangeInclusive<u32> = 1..=MAX_EXPONENT;
+    /// What eccentricities may be.
+    pub const ECCENTRICITY_RANGE: RangeInclusive<f32> = 0.0..=MAX_ECCENTRICITY;
+    /// How many segments an axis may have.
+    pub const SEGMENTS_RANGE: RangeInclusive<u32> = MIN_SEGMENTS..=MAX_SEGMENTS;
+    /// How many fibres a set may have.
+    pub const FIBRES_RANGE: RangeInclusive<u32> = 2..=32;
+    /// What share of the length may be tendon, at each end.
+    pub const TENDON_RANGE: RangeInclusive<f32> = 0.0..=0.45;
     /// Segments of an axis where nothing else is said: the paper's 30 particles.
     pub const SEGMENTS: u32 = 29;
     /// Stiffness where nothing else is said.

@@ -6,7 +6,6 @@ use super::tables::{
     ActiveTable, AngleTable, AttachmentTable, BoneTable, DriverTable, FibresTable, KeysTable, LengthTable, MuscleTable,
     TimeTable,
 };
-use crate::field::muscle::profile::MAX_ECCENTRICITY;
 use crate::rig::muscle::{
     Attachment, BoneShape, BoneSpec, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize,
     MuscleSpec, ShapeCurve, Source,
@@ -18,13 +17,8 @@ type Checked<T> = Result<T, Fault>;
 
 /// Longest name: what is longer is no name.
 const LONGEST_NAME: usize = 256;
-/// Profile exponents.
-const EXPONENTS: RangeInclusive<u32> = 1..=9;
-const SEGMENTS: RangeInclusive<u32> = 3..=63;
-const FIBRES: RangeInclusive<u32> = 2..=32;
-const TENDON: RangeInclusive<f32> = 0.0..=0.45;
+/// Activations, stiffness and the like.
 const SHARE: RangeInclusive<f32> = 0.0..=1.0;
-const ECCENTRICITY: RangeInclusive<f32> = 0.0..=MAX_ECCENTRICITY;
 
 /// One muscle; keys of faults are the muscle's own.
 pub(super) fn muscle(table: MuscleTable) -> Checked<MuscleSpec> {
@@ -41,7 +35,7 @@ pub(super) fn muscle(table: MuscleTable) -> Checked<MuscleSpec> {
     let rest = MuscleShape {
         alpha: exponent("alpha", table.alpha.unwrap_or(MuscleShape::REST.alpha))?,
         beta: exponent("beta", table.beta.unwrap_or(MuscleShape::REST.beta))?,
-        eccentricity: within("eccentricity", table.eccentricity.unwrap_or(0.0), ECCENTRICITY)?,
+        eccentricity: within("eccentricity", table.eccentricity.unwrap_or(0.0), MuscleSpec::ECCENTRICITY_RANGE)?,
         width: scale * table.rest_width.map_or(Ok(1.0), |w| positive("rest_width", w, ""))?,
     };
     let active = table.active.map_or(Ok(rest), |table| active(table, rest, scale))?;
@@ -59,11 +53,11 @@ pub(super) fn muscle(table: MuscleTable) -> Checked<MuscleSpec> {
     Ok(MuscleSpec {
         side: table.side.into(),
         fibres: table.fibres.map(fibres).transpose()?,
-        segments: whole("segments", table.segments.unwrap_or(MuscleSpec::SEGMENTS), SEGMENTS)?,
+        segments: whole("segments", table.segments.unwrap_or(MuscleSpec::SEGMENTS), MuscleSpec::SEGMENTS_RANGE)?,
         rest,
         active,
         stiffness: within("stiffness", table.stiffness.unwrap_or(MuscleSpec::STIFFNESS), SHARE)?,
-        tendon: within("tendon", table.tendon.unwrap_or(MuscleSpec::TENDON), TENDON)?,
+        tendon: within("tendon", table.tendon.unwrap_or(MuscleSpec::TENDON), MuscleSpec::TENDON_RANGE)?,
         collision_group: table
             .collision_group
             .map_or(Ok(String::new()), |group| self::name("collision_group", group))?,
@@ -105,7 +99,11 @@ fn active(table: ActiveTable, rest: MuscleShape, scale: f32) -> Checked<MuscleSh
     Ok(MuscleShape {
         alpha: exponent("active.alpha", table.alpha.unwrap_or(MuscleShape::ACTIVE.alpha))?,
         beta: exponent("active.beta", table.beta.unwrap_or(MuscleShape::ACTIVE.beta))?,
-        eccentricity: within("active.eccentricity", table.eccentricity.unwrap_or(rest.eccentricity), ECCENTRICITY)?,
+        eccentricity: within(
+            "active.eccentricity",
+            table.eccentricity.unwrap_or(rest.eccentricity),
+            MuscleSpec::ECCENTRICITY_RANGE,
+        )?,
         width: scale * table.width.map_or(Ok(1.0), |w| positive("active.width", w, ""))?,
     })
 }
@@ -125,7 +123,7 @@ fn fibres(table: FibresTable) -> Checked<FibreSet> {
         points.into_iter().enumerate().map(|(i, p)| point(&format!("fibres.{key}[{i}]"), p)).collect()
     };
     Ok(FibreSet {
-        count: whole("fibres.count", table.count, FIBRES)?,
+        count: whole("fibres.count", table.count, MuscleSpec::FIBRES_RANGE)?,
         origin_line: line("origin_line", table.origin_line)?,
         insertion_line: line("insertion_line", table.insertion_line)?,
         overlap: table.overlap,
@@ -174,7 +172,7 @@ fn keys(table: KeysTable) -> Checked<(Keys, Combine)> {
     let positive = f32::MIN_POSITIVE..=f32::MAX;
     let keys = Keys {
         activation: curve("keys.activation", table.activation, SHARE)?,
-        eccentricity: curve("keys.eccentricity", table.eccentricity, ECCENTRICITY)?,
+        eccentricity: curve("keys.eccentricity", table.eccentricity, MuscleSpec::ECCENTRICITY_RANGE)?,
         width: curve("keys.width", table.width, positive)?,
         stiffness: curve("keys.stiffness", table.stiffness, SHARE)?,
         shape: shape_curve("keys.shape", table.shape)?,
@@ -243,7 +241,7 @@ fn name(key: &str, name: String) -> Checked<String> {
 }
 
 fn exponent(key: &str, value: u32) -> Checked<u32> {
-    whole(key, value, EXPONENTS)
+    whole(key, value, MuscleSpec::EXPONENTS_RANGE)
 }
 
 fn whole(key: &str, value: u32, range: RangeInclusive<u32>) -> Checked<u32> {
