@@ -8,9 +8,9 @@ use crate::field::evaluate::FieldInput;
 use glam::{Vec3, Vec4Swizzles};
 use rayon::prelude::*;
 
-/// A bone's radius as a share of its distance from the skin around it, taken where a quarter of it lies nearer: gives a
-/// humerus 1.2 and a femur 2 cm on an adult.
-const RADIUS_SHARE: f32 = 0.28;
+/// A bone's radius as a share of the median of its distances from the skin around it: about a humerus' and a femur's own
+/// on an adult.
+const RADIUS_SHARE: f32 = 0.33;
 /// Least distance of a bone's axis from the skin, in its radii: what lies nearer is cut off its ends.
 const CLEARANCE: f32 = 1.5;
 /// Places along a bone at which its distance from the skin is taken.
@@ -245,7 +245,7 @@ fn capsule(skin: &Skin, inside: &impl Fn(Vec3) -> bool, (from, to): (Vec3, Vec3)
     }
     let mut sorted = distances[first..last].to_vec();
     sorted.sort_by(f32::total_cmp);
-    let radius = RADIUS_SHARE * sorted.get(sorted.len() / 4)?;
+    let radius = RADIUS_SHARE * sorted.get(sorted.len() / 2)?;
     let clear = |i: &usize| distances[*i] >= CLEARANCE * radius;
     let (first, last) = ((first..last).find(clear)?, (first..last).rev().find(clear)?);
     let nearest = distances[first..=last].iter().fold(f32::INFINITY, |a, &b| a.min(b));
