@@ -5,12 +5,15 @@
 use crate::{
     field::{
         evaluate::GroupFrame,
-        muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
+        muscle::{
+            self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest,
+            mesh::{self, Detail, Surface},
+        },
     },
     math::{transform_point, transform_vector},
     rig::JointFrame,
 };
-use glam::Vec4Swizzles;
+use glam::{Mat3, Mat4, Vec4Swizzles};
 
 crate::gpu_struct! {
     /// Sizes that a per-muscle kernel needs.
@@ -67,4 +70,18 @@ fn shape_one(rest: &MuscleRest, own: &MuscleInput, input: &ShapeInput, points: &
     let origin_normal = transform_vector(to_rest, transform_vector(from, rest.origin_normal.xyz()));
     let insertion_normal = transform_vector(to_rest, transform_vector(to, rest.insertion_normal.xyz()));
     muscle::shape(rest, own, points, origin_normal, insertion_normal)
+}
+
+/// The surface of a shaped muscle in scene space, metres; `points` are its own and `to_posed` the matrix of the joint that
+/// drives its field group. Corners are the same at the same detail in every frame: a muscle that has no field in this one
+/// has all its vertices at its origin.
+pub fn posed_surface(muscle: &MuscleFrame, points: &[AxisPoint], to_posed: &Mat4, detail: Detail) -> Surface {
+    let mut surface = match muscle.present {
+        0 => Surface::collapsed(detail, points[0].position.xyz()),
+        _ => mesh::surface(muscle, points, detail),
+    };
+    let turn = Mat3::from_mat4(*to_posed).inverse().transpose();
+    surface.positions.iter_mut().for_each(|p| *p = to_posed.transform_point3(*p));
+    surface.normals.iter_mut().for_each(|n| *n = (turn * *n).normalize_or_zero());
+    surface
 }

@@ -62,3 +62,42 @@ fn muscles_are_mirrored_and_copied_in_place() {
     assert_eq!(fs::read_to_string(&path).expect("kept"), copied);
     assert_eq!(names(folder.path()), ["m.toml"]);
 }
+
+#[test]
+fn bones_take_their_shape_from_the_file_or_the_skeleton() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("m.toml");
+    let arm = fs::read_to_string(asset("arm.muscles.toml")).expect("the arm's muscles");
+    let inspect = |bones: &str| {
+        fs::write(&path, format!("{arm}{bones}")).expect("written");
+        let mut command = sinew();
+        command.args(["inspect", "--json"]).arg(asset("arm.glb")).arg("--muscles").arg(&path).output().expect("runs")
+    };
+    let bones = |text: &str| {
+        let found: Value = serde_json::from_str(&printed(&inspect(text))).expect("JSON");
+        found["bones"].as_array().expect("bones").clone()
+    };
+    let own = bones("");
+    assert_eq!(own[0]["joint"], "upperarm");
+    assert!(own.len() >= 2 && own.iter().all(|b| b["shape"] == "capsule" && b["given"] == false), "{own:?}");
+    let radius = own[0]["radius_metres"].as_f64().expect("a radius");
+    assert!((0.007..0.02).contains(&radius), "{radius}");
+
+    let given = "\n[[bone]]\nbone = \"upperarm\"\nmesh = \"arm\"\n[[bone]]\nbone = \"lowerarm\"\n\
+                 capsule = { from = [0, 0, 0], to = [0, 0.2, 0], radius = 0.01 }\n";
+    let shapes = bones(given);
+    assert_eq!(shapes.len(), own.len());
+    assert!(shapes[0]["shape"] == "mesh" && shapes[0]["triangles"].as_u64() > Some(100), "{shapes:?}");
+    assert_eq!(
+        (&shapes[1]["given"], shapes[1]["radius_metres"].as_f64().map(|r| r as f32)),
+        (&true.into(), Some(0.01))
+    );
+
+    let line = |text: &str| arm.lines().count() + text.lines().count();
+    let wrong = given.replace("mesh = \"arm\"", "mesh = \"amr\"");
+    let refused = refusal(&inspect(&wrong), 3);
+    let place = format!("m.toml:{}:8: bone `upperarm`: mesh `amr`", line("\n\n\n") + 1);
+    assert!(refused.contains(&place) && refused.contains("nearest names: arm"), "{refused}");
+    let refused = refusal(&inspect(&given.replace("\"lowerarm\"", "\"lowrarm\"")), 3);
+    assert!(refused.contains("bone `lowrarm`") && refused.contains("nearest names: lowerarm"), "{refused}");
+}

@@ -27,7 +27,7 @@ pub enum Verb {
     Inspect(Inspect),
     /// Draw frames as PNG
     Render(Render),
-    /// Write deformed vertices as a PC2 cache or a sequence of OBJ files
+    /// Write deformed vertices as a PC2 cache or a sequence of OBJ files, and muscles as meshes
     Bake(Bake),
     /// Compare the GPU with the CPU reference, stage by stage
     Parity(Parity),
@@ -202,6 +202,10 @@ pub struct Bake {
     /// NAME.pc2, or NAME.obj or a folder for a sequence of OBJ files
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
+    /// Also write the muscles' surfaces as OBJ files of one object per muscle: a folder for muscles_0000.obj and so on,
+    /// or NAME.obj
+    #[arg(long, value_name = "OUT")]
+    pub muscle_meshes: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,

@@ -4,6 +4,7 @@ use crate::args;
 use crate::deform::{Deformer, Machine};
 use crate::failure::Failure;
 use crate::load::{self, Frames};
+use crate::muscle_meshes;
 use crate::playback::Playback;
 use crate::print;
 use crate::progress::Progress;
@@ -11,7 +12,7 @@ use serde::Serialize;
 use sinew::error::OutputError;
 use sinew::io::atomic::FileSet;
 use sinew::io::{obj, pc2};
-use sinew::rig::Character;
+use sinew::rig::{Character, Rig};
 use sinew::schedule::{FrameOptions, Skinning};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,6 +27,8 @@ struct Baked {
     vertices: usize,
     /// Vertices that fields can move; absent without implicit skinning.
     active_vertices: Option<usize>,
+    /// The muscles' surfaces; absent where they are not asked for.
+    muscle_meshes: Option<muscle_meshes::Written>,
     device: String,
     seconds: f64,
 }
@@ -35,16 +38,22 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
     let (mut scene, muscles) = load::input(&args.input)?;
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
+    let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+    let meshes = args.muscle_meshes.as_deref();
+    let check = |out| muscle_meshes::Sink::check(out, muscles.muscles.len(), options.skinning);
+    let meshes = meshes.map(check).transpose()?;
     // Both are opened before the long work, so that a missing adapter or an output that cannot be written is known at once.
     let machine = Machine::open(&args.compute.device)?;
-    let mut sink = Sink::open(&args.output, format, &scene.character, &frames)?;
-    let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+    let sink = Sink::open(&args.output, format, &scene.character, &frames)?;
+    let meshes = meshes.map(|place| sink.beside(place)).transpose()?;
     load::note_idle_muscles(&mut scene, &muscles, options.skinning == Skinning::Implicit);
     let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
-    play(&scene.character, &mut Playback::new(&scene, &frames, &rig), &frames, &mut deformer, &options, &mut sink)?;
-    sink.finish()?;
+    let mut sinks = Sinks { skin: sink, meshes };
+    play(&rig, &mut Playback::new(&scene, &frames, &rig), &frames, &mut deformer, &options, &mut sinks)?;
+    sinks.skin.finish()?;
+    let muscle_meshes = sinks.meshes.map(muscle_meshes::Sink::finish).transpose()?;
     let baked = Baked {
         output: args.output.clone(),
         format: format.name(),
@@ -52,16 +61,18 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
         frames: frames.count(),
         vertices: scene.character.vertex_count(),
         active_vertices: load::active(&rig, options.skinning),
+        muscle_meshes,
         device: deformer.describe(),
         seconds: began.elapsed().as_secs_f64(),
     };
     print::noted(args.json, &baked, &scene.notes, |b| {
         format!(
-            "{}: {} of {} vertices, {}\ndeformed on {} in {:.2} s{}",
+            "{}: {} of {} vertices, {}{}\ndeformed on {} in {:.2} s{}",
             b.output.display(),
             b.format,
             b.vertices,
             b.motion,
+            b.muscle_meshes.as_ref().map_or(String::new(), muscle_meshes::Written::describe),
             b.device,
             b.seconds,
             load::inactive_text(b.active_vertices)
@@ -69,25 +80,35 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     })
 }
 
+/// All that a frame is written to. What was opened last is dropped first, because its folder may be in the other's.
+struct Sinks {
+    meshes: Option<muscle_meshes::Sink>,
+    skin: Sink,
+}
+
 fn play(
-    character: &Character,
+    rig: &Rig,
     playback: &mut Playback,
     frames: &Frames,
     deformer: &mut Deformer,
     options: &FrameOptions,
-    sink: &mut Sink,
+    sinks: &mut Sinks,
 ) -> Result<(), Failure> {
     let progress = Progress::steps("baking", u64::from(frames.count()));
     for number in frames.numbers() {
-        let skin = deformer.frame(&playback.pose(number)?, options)?;
-        match sink {
+        let pose = playback.pose(number)?;
+        let skin = deformer.frame(&pose, options)?;
+        match &mut sinks.skin {
             Sink::Pc2(writer) => writer.frame(&skin.positions).map_err(Failure::input)?,
-            Sink::Obj { set, stem } => {
-                set.write(&format!("{stem}_{number:04}.obj"), |path| {
-                    obj::write_frame(path, number, character, &skin.positions, &skin.normals)
+            Sink::Obj { set, place } => {
+                set.write(&place.file(number), |path| {
+                    obj::write_frame(path, number, &rig.character, &skin.positions, &skin.normals)
                 })
                 .map_err(Failure::input)?;
             }
+        }
+        if let Some(meshes) = &mut sinks.meshes {
+            meshes.frame(number, rig, &pose, &deformer.shaped()?)?;
         }
         progress.step()?;
     }
@@ -103,13 +124,12 @@ enum Format {
 impl Format {
     /// By the extension of `-o`; no extension is a folder.
     fn of(output: &Path) -> Result<Format, Failure> {
-        let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
-        match extension.as_deref() {
-            Some("pc2") => Ok(Format::Pc2),
-            Some("obj") | None => Ok(Format::ObjSequence),
-            Some(_) if output.is_dir() => Ok(Format::ObjSequence),
-            Some(other) => Err(Failure::Input(format!(
-                "{}: .{other} is no format of bake; give NAME.pc2, or NAME.obj or a folder for a sequence of OBJ files",
+        let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match Sequence::of(output, "frame") {
+            _ if extension == "pc2" => Ok(Format::Pc2),
+            Some(_) => Ok(Format::ObjSequence),
+            None => Err(Failure::Input(format!(
+                "{}: .{extension} is no format of bake; give NAME.pc2, or NAME.obj or a folder for a sequence of OBJ files",
                 output.display()
             ))),
         }
@@ -123,10 +143,48 @@ impl Format {
     }
 }
 
+/// Names of an OBJ sequence.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sequence {
+    /// The folder of its files.
+    pub folder: PathBuf,
+    stem: String,
+}
+
+impl Sequence {
+    /// Of NAME.obj, or of a folder, whose files begin with `stem`; none of another extension.
+    pub fn of(output: &Path, stem: &str) -> Option<Sequence> {
+        let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            _ if output.is_dir() => {}
+            Some("obj") => {
+                let stem = output.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+                return Some(Sequence { folder: output.parent().unwrap_or(Path::new("")).to_owned(), stem });
+            }
+            None => {}
+            Some(_) => return None,
+        }
+        Some(Sequence { folder: output.to_owned(), stem: stem.into() })
+    }
+
+    /// Name of a frame's file.
+    pub fn file(&self, number: u32) -> String {
+        format!("{}_{number:04}.obj", self.stem)
+    }
+
+    /// Whether both name the same files; the folders exist.
+    fn is_same(&self, other: &Sequence) -> bool {
+        let real = |folder: &Path| {
+            std::fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).ok()
+        };
+        self.stem == other.stem && real(&self.folder) == real(&other.folder)
+    }
+}
+
 /// Where frames go. Dropped before it is finished, it leaves nothing.
 enum Sink {
     Pc2(pc2::Writer),
-    Obj { set: FileSet, stem: String },
+    Obj { set: FileSet, place: Sequence },
 }
 
 impl Sink {
@@ -138,18 +196,25 @@ impl Sink {
                     Ok(Sink::Pc2(pc2::Writer::create(output, points, frames.range.first, frames.count())?))
                 }
                 Format::ObjSequence => {
-                    let named = output.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) && !output.is_dir();
-                    let (folder, stem) = if named {
-                        let stem = output.file_stem().map(|s| s.to_string_lossy().into_owned());
-                        (output.parent().unwrap_or(Path::new("")).to_owned(), stem.unwrap_or_default())
-                    } else {
-                        (output.to_owned(), "frame".to_owned())
-                    };
-                    Ok(Sink::Obj { set: FileSet::open(&folder)?, stem })
+                    let place = Sequence::of(output, "frame")
+                        .unwrap_or_else(|| Sequence { folder: output.to_owned(), stem: "frame".into() });
+                    Ok(Sink::Obj { set: FileSet::open(&place.folder)?, place })
                 }
             }
         };
         open().map_err(Failure::input)
+    }
+
+    /// Opens the muscles' meshes beside this one's files.
+    fn beside(&self, place: Sequence) -> Result<muscle_meshes::Sink, Failure> {
+        let meshes = muscle_meshes::Sink::open(place.clone())?;
+        match self {
+            Sink::Obj { place: own, .. } if own.is_same(&place) => Err(Failure::Input(format!(
+                "--muscle-meshes: {} is also the output's; give it another name",
+                place.folder.join(place.file(0)).display()
+            ))),
+            _ => Ok(meshes),
+        }
     }
 
     fn finish(self) -> Result<(), Failure> {

@@ -1,7 +1,7 @@
 //! A rig on a device of our own.
 
 use crate::args::Device;
-use crate::deform::Skin;
+use crate::deform::{Shaped, Skin};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use glam::Vec3;
@@ -65,6 +65,16 @@ impl OnDevice {
         Ok(Skin {
             positions: vertices.iter().map(|v| Vec3::new(v[0], v[1], v[2])).collect(),
             normals: vertices.iter().map(|v| Vec3::new(v[3], v[4], v[5])).collect(),
+        })
+    }
+
+    /// Brings the muscles of the last frame to the host.
+    pub fn shaped(&self) -> Result<Shaped, Failure> {
+        let batch = self.instance.batch();
+        let (muscles, points) = (batch.rig().muscles.len(), batch.rig().point_count as usize);
+        Ok(Shaped {
+            muscles: readback::read(&self.headless, batch.muscles(), ..muscles).map_err(Failure::device)?,
+            axes: readback::read(&self.headless, batch.axes(), ..points).map_err(Failure::device)?,
         })
     }
 

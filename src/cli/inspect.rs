@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::{load, print};
 use serde::Serialize;
 use sinew::clip::Scene;
-use sinew::rig::Rig;
+use sinew::rig::{BoneCollider, ColliderShape, Rig};
 use std::fmt::Write;
 
 #[derive(Serialize)]
@@ -21,6 +21,7 @@ struct Inspected {
     joints: Vec<Joint>,
     groups: Vec<Group>,
     muscles: Vec<Muscle>,
+    bones: Vec<Bone>,
     clips: Vec<Clip>,
     materials: Vec<Material>,
     rigid: Vec<String>,
@@ -55,6 +56,20 @@ struct Muscle {
     group: u32,
     rest_length_metres: f32,
     volume_cubic_metres: f32,
+}
+
+/// A bone's shape for collisions.
+#[derive(Serialize)]
+struct Bone {
+    joint: String,
+    shape: &'static str,
+    given: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    length_metres: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    radius_metres: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    triangles: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -124,6 +139,7 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
                 volume_cubic_metres: m.origin.w,
             })
             .collect(),
+        bones: rig.bones.iter().map(|b| bone(b, rig)).collect(),
         clips: scene
             .clips
             .iter()
@@ -146,6 +162,18 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
             .collect(),
         rigid: scene.rigid.iter().map(|r| r.name.clone()).collect(),
         notes: scene.notes.clone(),
+    }
+}
+
+fn bone(bone: &BoneCollider, rig: &Rig) -> Bone {
+    let joint = rig.character.joints[bone.joint as usize].name.clone();
+    let found =
+        Bone { joint, shape: "mesh", given: bone.given, length_metres: None, radius_metres: None, triangles: None };
+    match &bone.shape {
+        ColliderShape::Capsule { from, to, radius } => {
+            Bone { shape: "capsule", length_metres: Some(from.distance(*to)), radius_metres: Some(*radius), ..found }
+        }
+        ColliderShape::Mesh { triangles, .. } => Bone { triangles: Some(triangles.len()), ..found },
     }
 }
 
@@ -188,6 +216,15 @@ fn text(found: &Inspected) -> String {
         format!("{}: on {group}, {centimetres:.1} cm, {millilitres:.0} ml", m.name)
     });
     section(format!("muscles: {}", found.muscles.len()), muscles.collect());
+    let bones = found.bones.iter().map(|b| {
+        let centimetres = |metres: Option<f32>| metres.unwrap_or(0.0) * 100.0;
+        let shape = match b.triangles {
+            Some(triangles) => format!("mesh of {triangles} triangles"),
+            None => format!("{:.1} cm, radius {:.2} cm", centimetres(b.length_metres), centimetres(b.radius_metres)),
+        };
+        format!("{}: {shape}{}", b.joint, if b.given { ", from the muscle file" } else { "" })
+    });
+    section(format!("bones: {}", found.bones.len()), bones.collect());
     let clips = found.clips.iter().enumerate();
     let clips = clips.map(|(i, c)| {
         let channels = c.channels + c.muscle_channels;

@@ -37,9 +37,11 @@ pub fn input(input: &Input) -> Result<(Scene, MuscleFile), Failure> {
 /// skinning is to be had and muscles have no shape.
 pub fn rig(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
     let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
-    let options = BuildOptions { fields, ..BuildOptions::default() };
+    let (bones, bone_meshes) = (muscles.bones.clone(), scene.bone_meshes(&muscles.bones));
+    let options = BuildOptions { fields, bones, bone_meshes, ..BuildOptions::default() };
     Rig::build(scene.character.clone(), &muscles.muscles, &options).map_err(|error| match &error {
         RigError::Muscle(error) => Failure::input(muscles.locate(error)),
+        RigError::Bone(error) => Failure::input(muscles.locate_bone(error)),
         _ => Failure::Input(format!("{}: {error}", input.file.display())),
     })
 }

@@ -14,6 +14,7 @@ mod failure;
 mod inspect;
 mod interrupt;
 mod load;
+mod muscle_meshes;
 mod muscles;
 mod parity;
 mod playback;

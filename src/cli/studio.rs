@@ -9,8 +9,8 @@ use sinew::error::DeviceError;
 use sinew::gpu::Headless;
 use sinew::reference::Reference;
 use sinew::render::{
-    Camera, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View, muscle_meshes,
-    vertex_buffer,
+    Camera, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View, bone_meshes,
+    muscle_meshes, vertex_buffer,
 };
 use sinew::rig::{Pose, Rig};
 use sinew::schedule::{FrameOptions, Skinning};
@@ -80,7 +80,11 @@ impl Studio {
         camera: &Camera,
         view: View,
     ) -> Result<Picture, Failure> {
-        let solids = if view == View::Skin { Vec::new() } else { muscle_meshes(rig, pose).map_err(Failure::input)? };
+        let mut solids =
+            if view == View::Skin { Vec::new() } else { muscle_meshes(rig, pose).map_err(Failure::input)? };
+        if view != View::Skin {
+            solids.extend(bone_meshes(rig, pose));
+        }
         let mut surfaces = vec![Surface { mesh: &self.skin, vertices: vertices.slice(..), model: Mat4::IDENTITY }];
         surfaces.extend(self.rigid.iter().map(|part| Surface {
             mesh: &part.mesh,

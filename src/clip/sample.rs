@@ -3,7 +3,8 @@
 
 use super::{Channel, Clip, ClipChoice, Interpolation, Local, MuscleChannel, Scene, Track};
 use crate::error::{ClipError, one_line};
-use crate::rig::{Keyed, Pose};
+use crate::rig::muscle::{BoneShape, BoneSpec};
+use crate::rig::{BoneMesh, Keyed, Pose};
 use glam::{DMat4, DQuat, DVec3, DVec4, Quat, Vec3};
 
 /// Share of a frame by which a clip may end before its last frame: key times are rounded to f32.
@@ -65,6 +66,20 @@ impl Scene {
         let nodes = globals.iter().map(DMat4::as_mat4).collect();
         let keyed = self.clip(choice).map_or_else(Vec::new, |clip| clip.keyed(time));
         Pose { palette, nodes, time, keyed, ..Pose::default() }
+    }
+
+    /// The rigid parts in the rest pose, where some of `bones` have a mesh for their shape; else nothing.
+    pub fn bone_meshes(&self, bones: &[BoneSpec]) -> Vec<BoneMesh> {
+        if !bones.iter().any(|bone| matches!(bone.shape, BoneShape::Mesh(_))) {
+            return Vec::new();
+        }
+        let nodes = self.pose(ClipChoice::Rest, 0.0).nodes;
+        let meshes = self.rigid.iter().map(|part| {
+            let place = |p: &Vec3| nodes[part.node as usize].transform_point3(*p);
+            let (positions, triangles) = (part.positions.iter().map(place).collect(), part.triangles.clone());
+            BoneMesh { name: part.name.clone(), positions, triangles }
+        });
+        meshes.collect()
     }
 
     fn clip(&self, choice: ClipChoice) -> Option<&Clip> {

@@ -15,6 +15,6 @@ pub use field::{FieldError, HrbfError};
 pub use gltf::GltfError;
 pub(crate) use gltf::one_line;
 pub use output::OutputError;
-pub use rig::{MuscleError, MuscleFileError, PoseError, RigError};
+pub use rig::{BoneError, MuscleError, MuscleFileError, PoseError, RigError};
 pub use setup::SetupError;
 pub use table::TableError;

@@ -18,6 +18,9 @@ pub enum RigError {
     /// A muscle that does not fit the character.
     #[error(transparent)]
     Muscle(#[from] MuscleError),
+    /// A bone's shape that does not fit the character.
+    #[error(transparent)]
+    Bone(#[from] BoneError),
     /// A field that could not be fitted.
     #[error(transparent)]
     Field(#[from] FieldError),
@@ -69,6 +72,51 @@ impl MuscleError {
             MuscleError::UnknownBone { muscle, role, .. } => (muscle, format!("{role}.bone")),
             MuscleError::NoField { muscle, .. } => (muscle, "bone".into()),
             MuscleError::Value { muscle, key, .. } => (muscle, key.clone()),
+        }
+    }
+}
+
+/// A bone's shape that does not fit its character.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoneError {
+    /// A bone that the character does not have.
+    #[error("bone `{bone}`: it is not a joint of the character; nearest names: {nearest}")]
+    UnknownBone {
+        /// The name that was given.
+        bone: String,
+        /// Names that look like it.
+        nearest: String,
+    },
+    /// A mesh that the character's file does not have.
+    #[error("bone `{bone}`: mesh `{mesh}` is not in the character's file; nearest names: {nearest}")]
+    UnknownMesh {
+        /// The bone.
+        bone: String,
+        /// The name that was given.
+        mesh: String,
+        /// Names that look like it.
+        nearest: String,
+    },
+    /// A shape that nothing can collide with.
+    #[error("bone `{bone}`: {what}")]
+    Shape {
+        /// The bone.
+        bone: String,
+        /// Where the muscle file has the value, from the bone's own table.
+        key: String,
+        /// What is wrong, and the remedy.
+        what: String,
+    },
+}
+
+impl BoneError {
+    /// The bone, and where its file has the value that is wrong, from the bone's own table.
+    pub fn place(&self) -> (&str, &str) {
+        match self {
+            BoneError::UnknownBone { bone, .. } => (bone, "bone"),
+            BoneError::UnknownMesh { bone, .. } => (bone, "mesh"),
+            BoneError::Shape { bone, key, .. } => (bone, key),
         }
     }
 }

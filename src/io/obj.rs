@@ -1,4 +1,4 @@
-//! Wavefront OBJ, one file per frame: positions, texture coordinates, normals, one group per part.
+//! Wavefront OBJ, one file per frame: the skin with texture coordinates and one group per part, or named meshes.
 
 use crate::error::OutputError;
 use crate::io::atomic::WholeFile;
@@ -46,14 +46,81 @@ fn text(character: &Character, positions: &[Vec3], normals: &[Vec3]) -> String {
         let _ = writeln!(text, "vn {} {} {}", n.x, n.y, n.z);
     }
     for part in &character.parts {
-        let name: String = part.name.chars().map(|c| if c.is_whitespace() { '_' } else { c }).collect();
-        let _ = writeln!(text, "g {}", if name.is_empty() { "part" } else { &name });
+        let _ = writeln!(text, "g {}", word(&part.name, "part"));
         for triangle in &character.triangles[part.triangles.start as usize..part.triangles.end as usize] {
             let [a, b, c] = triangle.map(|v| v + 1);
             let _ = writeln!(text, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}");
         }
     }
     text
+}
+
+/// A name as one word, as OBJ has them.
+fn word(name: &str, nameless: &str) -> String {
+    let name: String = name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
+    if name.is_empty() { nameless.into() } else { name }
+}
+
+/// Several named meshes in one file, each an object (`o NAME`) with smooth normals.
+#[derive(Debug)]
+pub struct Objects {
+    file: WholeFile,
+    frame: u32,
+    vertices: usize,
+}
+
+impl Objects {
+    /// Opens a file that will become `path`; `frame` is for messages.
+    ///
+    /// # Errors
+    /// As [`WholeFile::create`].
+    pub fn create(path: &Path, frame: u32) -> Result<Objects, OutputError> {
+        Ok(Objects { file: WholeFile::create(path)?, frame, vertices: 0 })
+    }
+
+    /// Adds a mesh; `normals` are one per position, `triangles` index them.
+    ///
+    /// # Errors
+    /// [`OutputError::PointCount`] for another number of normals, [`OutputError::NotFinite`] with the vertex' number in
+    /// the file, [`OutputError::Write`].
+    pub fn add(
+        &mut self,
+        name: &str,
+        positions: &[Vec3],
+        normals: &[Vec3],
+        triangles: &[[u32; 3]],
+    ) -> Result<(), OutputError> {
+        let (path, frame, expected) = (self.file.path().to_owned(), self.frame, positions.len());
+        if normals.len() != expected {
+            return Err(OutputError::PointCount { path, frame, got: normals.len(), expected });
+        }
+        if let Some(v) = (0..expected).find(|&v| !(positions[v].is_finite() && normals[v].is_finite())) {
+            return Err(OutputError::NotFinite { path, frame, vertex: self.vertices + v });
+        }
+        let mut text = String::with_capacity(expected * 80 + triangles.len() * 40);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "o {}", word(name, "mesh"));
+        for p in positions {
+            let _ = writeln!(text, "v {} {} {}", p.x, p.y, p.z);
+        }
+        for n in normals {
+            let _ = writeln!(text, "vn {} {} {}", n.x, n.y, n.z);
+        }
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|v| self.vertices + v as usize + 1);
+            let _ = writeln!(text, "f {a}//{a} {b}//{b} {c}//{c}");
+        }
+        self.vertices += expected;
+        self.file.put(text.as_bytes())
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// As [`WholeFile::finish`].
+    pub fn finish(self) -> Result<(), OutputError> {
+        self.file.finish()
+    }
 }
 
 #[cfg(test)]
@@ -94,5 +161,28 @@ mod tests {
         let error = write_frame(&path, 4, &triangle(), &[Vec3::ZERO; 3], &normals).unwrap_err();
         assert!(matches!(error, OutputError::NotFinite { frame: 4, vertex: 1, .. }));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn objects_have_exactly_these_bytes_and_bad_ones_leave_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("muscles_0003.obj");
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let mut file = Objects::create(&path, 3).unwrap();
+        file.add("long head", &corners, &[Vec3::Z; 3], &[[0, 1, 2]]).unwrap();
+        file.add("", &corners, &[Vec3::Z; 3], &[[2, 1, 0]]).unwrap();
+        file.finish().unwrap();
+        let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 0 1\nvn 0 0 1\n";
+        let expected = format!("o long_head\n{mesh}f 1//1 2//2 3//3\no mesh\n{mesh}f 6//6 5//5 4//4\n");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
+        let other = folder.path().join("other.obj");
+        let mut file = Objects::create(&other, 3).unwrap();
+        file.add("a", &corners, &[Vec3::Z; 3], &[[0, 1, 2]]).unwrap();
+        let error = file.add("b", &[Vec3::ZERO, Vec3::NAN], &[Vec3::Z; 2], &[]).unwrap_err();
+        assert!(matches!(error, OutputError::NotFinite { frame: 3, vertex: 4, .. }), "{error}");
+        let error = file.add("b", &corners, &[Vec3::Z; 2], &[]).unwrap_err();
+        assert!(matches!(error, OutputError::PointCount { got: 2, expected: 3, .. }), "{error}");
+        drop(file);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

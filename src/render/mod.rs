@@ -4,6 +4,7 @@
 //! [`Frame`] per picture. The skin is drawn straight from the deformer's vertex buffer; only muscles, which are small,
 //! come from the host each frame.
 
+mod bones;
 mod camera;
 mod color_mesh;
 mod frame;
@@ -14,6 +15,7 @@ mod renderer;
 pub mod shader;
 mod targets;
 
+pub use bones::{bone_meshes, capsule_mesh};
 pub use camera::{Camera, Direction, enclose};
 pub use color_mesh::{ColorMesh, activation_color};
 pub use frame::{Frame, Light, Surface, View};

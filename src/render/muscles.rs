@@ -2,20 +2,19 @@
 
 use super::color_mesh::{ColorMesh, activation_color};
 use crate::error::PoseError;
-use crate::field::muscle::{AxisPoint, MuscleFrame, mesh};
+use crate::field::muscle::{AxisPoint, MuscleFrame, mesh::Detail};
 use crate::rig::{FrameInputs, Pose, Rig};
 use crate::wrap::{self, ShapeInput};
-use glam::{Mat3, Mat4};
+use glam::Mat4;
 
 /// The surface of one muscle, coloured by its activation; `points` are its own. `to_posed` takes the space of its field
-/// group at rest to scene space; a muscle without a field gives an empty mesh.
+/// group at rest to scene space; a muscle without a field has all its vertices at one point.
 pub fn muscle_mesh(muscle: &MuscleFrame, points: &[AxisPoint], to_posed: &Mat4) -> ColorMesh {
-    let surface = mesh::surface(muscle, points, mesh::Detail::DISPLAY);
-    let turn = Mat3::from_mat4(*to_posed).inverse().transpose();
+    let surface = wrap::posed_surface(muscle, points, to_posed, Detail::DISPLAY);
     ColorMesh {
-        positions: surface.positions.iter().map(|p| to_posed.transform_point3(*p)).collect(),
-        normals: surface.normals.iter().map(|n| (turn * *n).normalize_or_zero()).collect(),
         colors: vec![activation_color(muscle.activation); surface.positions.len()],
+        positions: surface.positions,
+        normals: surface.normals,
         triangles: surface.triangles,
     }
 }

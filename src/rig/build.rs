@@ -1,9 +1,9 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    Character, Drives, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology,
+    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology, bones,
     groups::{FieldOptions, Fields, FitReport, build_fields},
-    muscle,
+    muscle::{self, BoneSpec},
 };
 use crate::math::{transform_point, transform_vector};
 use crate::{
@@ -41,11 +41,15 @@ pub struct BuildOptions {
     pub fields: bool,
     /// Settings of the fit.
     pub fit: FieldOptions,
+    /// Bones whose shape for collisions is given; other bones that muscles need get capsules.
+    pub bones: Vec<BoneSpec>,
+    /// Meshes that `bones` may name besides the character's own parts.
+    pub bone_meshes: Vec<BoneMesh>,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        BuildOptions { fields: true, fit: FieldOptions::default() }
+        BuildOptions { fields: true, fit: FieldOptions::default(), bones: Vec::new(), bone_meshes: Vec::new() }
     }
 }
 
@@ -74,6 +78,8 @@ pub struct Rig {
     pub muscles: Vec<MuscleRest>,
     /// Per muscle its author's entry in `specs`.
     pub spec_of: Vec<u32>,
+    /// Bones that muscles collide with, ascending by joint; empty without fields.
+    pub bones: Vec<BoneCollider>,
     /// Points of all muscles' axes together.
     pub point_count: u32,
     /// One per vertex.
@@ -98,9 +104,10 @@ impl Rig {
     /// Fits fields, resolves muscles and finds every vertex's rest iso-value.
     ///
     /// # Errors
-    /// The character is not consistent, a muscle does not fit it, or a field cannot be fitted.
+    /// The character is not consistent, a muscle or a bone's shape does not fit it, or a field cannot be fitted.
     pub fn build(character: Character, muscles: &[MuscleSpec], options: &BuildOptions) -> Result<Rig, RigError> {
         check(&character).map_err(|what| RigError::Character { character: character.name.clone(), what })?;
+        let bones = bones::given(&character, &options.bones, &options.bone_meshes)?;
         let groups = FieldGroups::detect(&character);
         let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
         let mut resolved: Vec<(String, u32, MuscleRest)> = Vec::new();
@@ -142,9 +149,13 @@ impl Rig {
             muscle_names,
             muscles,
             spec_of,
+            bones: Vec::new(),
             point_count,
         };
         rig.aim();
+        if options.fields {
+            rig.bones = bones::with_capsules(&rig, bones, &options.bones);
+        }
         Ok(rig)
     }
 

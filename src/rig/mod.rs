@@ -1,5 +1,6 @@
 //! What a character is: skeleton, mesh, influences, field groups, muscles; and what one pose makes of it.
 
+mod bones;
 mod build;
 mod character;
 pub mod drive;
@@ -10,6 +11,7 @@ pub mod muscle_file;
 mod nearest;
 mod topology;
 
+pub use bones::{BoneCollider, BoneMesh, ColliderShape};
 pub use build::{BuildOptions, Rig, VertexTarget};
 pub use character::{Character, Image, Influence, Joint, Key, Keyed, Material, Part, Pose};
 pub use drive::{Drives, Effort, MuscleParameters, ShapeBlend};

@@ -24,7 +24,8 @@ impl Detail {
     pub const MEASURE: Detail = Detail { rings: 320, around: 512 };
 }
 
-/// Rings of the cap of a blunt end, from its rim to its pole.
+/// Rings that an end has besides those along the axis, from its rim to its pole: the cap of a blunt end, the last of
+/// the tip of a pointed one, so that an end that turns from one into the other keeps its corners.
 const CAP_RINGS: u32 = 8;
 /// Most steps to the surface along a ray, and the distance in metres at which it is reached.
 const STEPS: u32 = 40;
@@ -44,24 +45,15 @@ pub struct Surface {
 /// The surface where `f_M = 0` (equation 1). `points` are the muscle's own; one that is not present has an empty mesh.
 ///
 /// Every vertex but the poles is found along a ray across the axis, so that it lies on the field's own surface also where
-/// the axis bends. A blunt end (exponent 1) gets the rounded cap that its field has.
+/// the axis bends. A blunt end (exponent 1) gets the rounded cap that its field has. Corners are the same at the same
+/// detail whatever the muscle's shape, so that the meshes of a motion are one mesh that moves.
 pub fn surface(muscle: &MuscleFrame, points: &[AxisPoint], detail: Detail) -> Surface {
     let mut surface = Surface::default();
     if muscle.present == 0 {
         return surface;
     }
-    let (rings, around) = (detail.rings.max(2), detail.around.max(3));
-    let blunt = |s: f32| muscle.profile().at(s).0 > 0.0;
-    let mut stations = Vec::new();
-    if blunt(0.0) {
-        stations.extend((1..CAP_RINGS).map(|i| (0.0, i as f32 / CAP_RINGS as f32 * FRAC_PI_2 - FRAC_PI_2)));
-    }
-    // Closer together towards both ends, where the profile curves most. A pointed end has no ring, but its pole.
-    let (first, last) = (u32::from(!blunt(0.0)), rings - u32::from(!blunt(1.0)));
-    stations.extend((first..=last).map(|i| (0.5 - 0.5 * (PI * i as f32 / rings as f32).cos(), 0.0)));
-    if blunt(1.0) {
-        stations.extend((1..CAP_RINGS).map(|i| (1.0, i as f32 / CAP_RINGS as f32 * FRAC_PI_2)));
-    }
+    let around = detail.around.max(3);
+    let stations = stations(detail, [0.0, 1.0].map(|s| muscle.profile().at(s).0 > 0.0));
     for &(s, tilt) in &stations {
         let frame = Frame::at(points, s * muscle.length);
         for k in 0..around {
@@ -73,6 +65,21 @@ pub fn surface(muscle: &MuscleFrame, points: &[AxisPoint], detail: Detail) -> Su
     }
     surface.close(stations.len() as u32, around);
     surface
+}
+
+/// Share of the length and tilt towards the insertion of every ring, from the origin to the insertion.
+fn stations(detail: Detail, blunt: [bool; 2]) -> Vec<(f32, f32)> {
+    let rings = detail.rings.max(2);
+    // Closer together towards both ends, where the profile curves most.
+    let along = |i: u32| 0.5 - 0.5 * (PI * i as f32 / rings as f32).cos();
+    let end = |i: u32, blunt: bool| {
+        let share = i as f32 / CAP_RINGS as f32;
+        // A pointed end has no ring at its tip, but its pole.
+        if blunt { (0.0, (share - 1.0) * FRAC_PI_2) } else { (along(1) * i as f32 / (CAP_RINGS + 1) as f32, 0.0) }
+    };
+    let first = (1..=CAP_RINGS).map(|i| end(i, blunt[0]));
+    let last = (1..=CAP_RINGS).rev().map(|i| end(i, blunt[1])).map(|(s, tilt)| (1.0 - s, -tilt));
+    first.chain((1..rings).map(|i| (along(i), 0.0))).chain(last).collect()
 }
 
 /// Where rings stand: a point of the axis with smooth directions, so that rings on either side of a bend do not cross.
@@ -104,6 +111,15 @@ impl Frame {
 }
 
 impl Surface {
+    /// The corners of [`surface`] at a detail with every vertex at one point: a muscle without a field, in a sequence.
+    pub fn collapsed(detail: Detail, at: Vec3) -> Surface {
+        let (rings, around) = (stations(detail, [false; 2]).len() as u32, detail.around.max(3));
+        let count = (rings * around + 2) as usize;
+        let mut surface = Surface { positions: vec![at; count], normals: vec![Vec3::Y; count], triangles: Vec::new() };
+        surface.close(rings, around);
+        surface
+    }
+
     /// Adds the surface's point on the ray from the axis at an angle `theta` from the section's long axis, tilted from
     /// the section towards the insertion.
     fn add(&mut self, muscle: &MuscleFrame, points: &[AxisPoint], frame: &Frame, tilt: f32, theta: f32, s: f32) {
@@ -189,6 +205,43 @@ mod tests {
                 assert!(off < 0.49, "outward along the normal: {off}");
             }
         }
+    }
+
+    #[test]
+    fn corners_are_the_same_whatever_the_shape() {
+        let mesh = |alpha, beta| {
+            let (m, points) = arc_muscle(1.0, 29, (alpha, beta), 0.5);
+            surface(&m, &points, Detail::DISPLAY)
+        };
+        let round = mesh(3, 3);
+        let scale = round.volume();
+        for (alpha, beta) in [(1, 3), (3, 1), (1, 1), (4, 7)] {
+            let other = mesh(alpha, beta);
+            assert!(is_closed(&other), "({alpha}, {beta})");
+            assert_eq!((other.triangles == round.triangles, other.positions.len()), (true, round.positions.len()));
+            assert!(other.volume() / scale > 0.9, "({alpha}, {beta}): {}", other.volume() / scale);
+        }
+        let none = Surface::collapsed(Detail::DISPLAY, Vec3::X);
+        assert_eq!((none.positions.len(), &none.triangles), (round.positions.len(), &round.triangles));
+        let coarse = Surface::collapsed(Detail { rings: 39, ..Detail::DISPLAY }, Vec3::X);
+        assert!(coarse.triangles != round.triangles, "other rings, other corners");
+    }
+
+    #[test]
+    fn an_end_that_turns_pointed_keeps_its_vertices_in_place() {
+        // On the way from a blunt origin to a pointed one, as activation takes it; the last step crosses over.
+        let mesh = |share: f32| {
+            let (mut m, points) = arc_muscle(1.0, 29, (3, 3), 0.5);
+            let blend = crate::field::muscle::Profile::blend(&[((1, 3), share), ((3, 3), 1.0 - share)]);
+            (m.factors, m.exponents, m.terms) = (blend.factors, blend.exponents, blend.terms);
+            (surface(&m, &points, Detail::DISPLAY), m.length)
+        };
+        let farthest = |a: &Surface, b: &Surface| {
+            a.positions.iter().zip(&b.positions).map(|(p, q)| p.distance(*q)).fold(0.0f32, f32::max)
+        };
+        let ((pointed, length), (nearly, _), (blunt, _)) = (mesh(0.0), mesh(1e-3), mesh(0.5));
+        assert!(farthest(&pointed, &nearly) < 3e-3 * length, "{}", farthest(&pointed, &nearly));
+        assert!(farthest(&pointed, &blunt) > 3e-2 * length, "{}", farthest(&pointed, &blunt));
     }
 
     #[test]

@@ -19,7 +19,7 @@ pub use edit::{Document, Mirrored, Settings};
 pub use names::SideNames;
 pub use schema::schema;
 
-use crate::error::{MuscleError, MuscleFileError};
+use crate::error::{BoneError, MuscleError, MuscleFileError};
 use crate::rig::Character;
 use crate::rig::drive::load_tables;
 use crate::rig::muscle::{BoneSpec, MuscleSpec, Source};
@@ -146,6 +146,13 @@ impl MuscleFile {
     pub fn locate(&self, error: &MuscleError) -> MuscleFileError {
         let (muscle, key) = error.place();
         let key = place::muscle_index(&self.text, muscle).map_or(String::new(), |i| format!("muscle[{i}].{key}"));
+        place::at_key(&self.text, &self.path, &key, &error.to_string())
+    }
+
+    /// What is wrong with a bone's shape, with the line and column of the value in this file.
+    pub fn locate_bone(&self, error: &BoneError) -> MuscleFileError {
+        let (bone, key) = error.place();
+        let key = place::bone_index(&self.text, bone).map_or(String::new(), |i| format!("bone[{i}].{key}"));
         place::at_key(&self.text, &self.path, &key, &error.to_string())
     }
 

@@ -52,9 +52,18 @@ pub(super) fn of_parser(text: &str, path: &Path, error: &toml::de::Error) -> Mus
 
 /// The number of the muscle with a name.
 pub(super) fn muscle_index(text: &str, name: &str) -> Option<usize> {
+    index(text, "muscle", "name", name)
+}
+
+/// The number of the entry about a bone's shape.
+pub(super) fn bone_index(text: &str, bone: &str) -> Option<usize> {
+    index(text, "bone", "bone", bone)
+}
+
+fn index(text: &str, tables: &str, key: &str, wanted: &str) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;
-    let muscles = document.get_ref().get("muscle")?.get_ref().as_array()?;
-    muscles.iter().position(|m| m.get_ref().get("name").and_then(|n| n.get_ref().as_str()) == Some(name))
+    let entries = document.get_ref().get(tables)?.get_ref().as_array()?;
+    entries.iter().position(|e| e.get_ref().get(key).and_then(|n| n.get_ref().as_str()) == Some(wanted))
 }
 
 /// First byte of the value at a key such as `muscle[3].keys.width[2]`.

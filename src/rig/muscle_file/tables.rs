@@ -253,7 +253,7 @@ pub(super) struct BoneTable {
     pub bone: String,
     /// A capsule in the bone's own space at rest.
     pub capsule: Option<CapsuleTable>,
-    /// A mesh of the character's file, by name.
+    /// A skinned part or a rigid mesh of the character's file, by name.
     pub mesh: Option<String>,
 }
 
