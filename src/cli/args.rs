@@ -1,6 +1,7 @@
 //! The command line.
 
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
+use sinew::figures::Figure;
 use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -30,6 +31,8 @@ pub enum Verb {
     Bake(Bake),
     /// Compare the GPU with the CPU reference, stage by stage
     Parity(Parity),
+    /// Draw the muscle paper's figures from this program's fields
+    Figures(Figures),
     /// Say what Sinew finds on this machine and what is missing
     Doctor(Doctor),
 }
@@ -212,6 +215,22 @@ pub struct Parity {
     /// How the skin is deformed
     #[arg(long, value_enum, default_value = "implicit")]
     pub skinning: SkinningArg,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `figures`.
+#[derive(Debug, Group)]
+pub struct Figures {
+    /// Folder for figure_3.png and so on
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: PathBuf,
+    /// Only these figures; 4, 5, 6, 13 and A16 are plots and need no adapter [default: 3,4,5,6,7,11,13,14,A16]
+    #[arg(long, value_name = "N,N", value_delimiter = ',')]
+    pub only: Vec<Figure>,
+    #[command(flatten)]
+    pub compute: Compute,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,

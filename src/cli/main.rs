@@ -11,6 +11,7 @@ mod demo;
 mod device;
 mod doctor;
 mod failure;
+mod figures;
 mod inspect;
 mod interrupt;
 mod load;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         Verb::Render(render) => render::run(render),
         Verb::Bake(bake) => bake::run(bake),
         Verb::Parity(parity) => parity::run(parity),
+        Verb::Figures(figures) => figures::run(figures),
         Verb::Doctor(doctor) => doctor::run(doctor),
     };
     match done {
