@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod characters;
+mod figures;
 mod outputs;
 
 use assert_cmd::Command;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Which muscle is made wider, and by which factor.
 const MUSCLE: &str = "biceps";
 const WIDER: f32 = 1.3;
-const PANEL: [u32; 2] = [460, 560];
+const PANEL: [u32; 2] = [460, 470];
 const TITLE: u32 = 60;
 const BAR: u32 = 100;
 /// From the inner side, where the biceps shows.
@@ -116,7 +116,7 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
     }
     let most = f64::from(most) * 1000.0;
     let value = Axis { name: "mm", range: 0.0..most, ticks: 5, digits: 1 };
-    let place = Rect { left: 3 * PANEL[0] + 12, top: 150, width: 18, height: 320 };
+    let place = Rect { left: 3 * PANEL[0] + 12, top: 120, width: 18, height: 320 };
     bar(&mut page, place, &value, &|v| moved_color(v / most.max(1e-9)))?;
     Ok(Drawn { image: page.finish(), findings: vec![Finding::new("largest movement of the skin", most, "mm")] })
 }

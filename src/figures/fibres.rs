@@ -16,6 +16,8 @@ const SIZE: [u32; 2] = [1200, 760];
 /// Green and blue that differ in lightness too.
 const PECTORAL: [f32; 3] = [0.20, 0.52, 0.16];
 const SHOULDER: [f32; 3] = [0.03, 0.16, 0.50];
+/// Share of a fibre's radius that the bones push away: what lies on a bone is flatter below than above.
+const SUNK: f32 = 0.5;
 /// Rounds in which fibres settle.
 const ROUNDS: u32 = 160;
 
@@ -28,8 +30,10 @@ pub(super) enum Bone {
     Capsule(Vec3, Vec3, f32),
 }
 
+const CHEST_CENTER: Vec3 = Vec3::new(0.0, -0.01, 0.0);
+const CHEST_HALF: Vec3 = Vec3::new(0.155, 0.225, 0.110);
 /// A chest with its left arm, metres; Y up, Z to the front, X to the left.
-pub(super) const CHEST: Bone = Bone::Ellipsoid(Vec3::ZERO, Vec3::new(0.155, 0.25, 0.105));
+pub(super) const CHEST: Bone = Bone::Ellipsoid(CHEST_CENTER, CHEST_HALF);
 pub(super) const HUMERUS: Bone = Bone::Capsule(Vec3::new(0.205, 0.155, -0.01), Vec3::new(0.335, -0.115, 0.0), 0.019);
 const SHOULDER_HEAD: Bone = Bone::Ellipsoid(Vec3::new(0.198, 0.158, -0.01), Vec3::splat(0.027));
 const CLAVICLE: Bone = Bone::Capsule(Vec3::new(0.018, 0.195, 0.075), Vec3::new(0.185, 0.205, 0.0), 0.0085);
@@ -84,6 +88,13 @@ fn character() -> (Character, FieldGroups) {
     (character, FieldGroups { groups: vec![chest], group_of_joint: vec![0, 0], owner: vec![0, 0] })
 }
 
+/// The place on the chest at a height and distance from the middle; in front where `side` is 1, behind where it is -1.
+pub(super) fn on_chest(x: f32, y: f32, side: f32) -> Vec3 {
+    let (across, up) = (x / CHEST_HALF.x, (y - CHEST_CENTER.y) / CHEST_HALF.y);
+    let deep = (1.0 - across * across - up * up).max(0.0).sqrt();
+    Vec3::new(x, y, CHEST_CENTER.z + side * (CHEST_HALF.z * deep + 0.004))
+}
+
 /// A fibre set between two lines of points.
 pub(super) fn fibres(name: &str, count: u32, lines: [&[Vec3]; 2], shape: (u32, u32), width: f32) -> MuscleSpec {
     let end = |bone: &str, line: &[Vec3]| Attachment { bone: bone.into(), offset: line[0], normal: Vec3::Y };
@@ -103,13 +114,14 @@ pub(super) fn fibres(name: &str, count: u32, lines: [&[Vec3]; 2], shape: (u32, u
 /// The pectoral muscle: from clavicle, breastbone and ribs to the humerus, the lowest fibre the highest there.
 fn pectoral() -> MuscleSpec {
     let origin = [
-        Vec3::new(0.105, 0.192, 0.062),
-        Vec3::new(0.030, 0.178, 0.098),
-        Vec3::new(0.016, 0.060, 0.122),
-        Vec3::new(0.050, -0.055, 0.118),
+        Vec3::new(0.115, 0.196, 0.044),
+        Vec3::new(0.040, 0.187, 0.072),
+        on_chest(0.016, 0.140, 1.0),
+        on_chest(0.014, 0.040, 1.0),
+        on_chest(0.050, -0.070, 1.0),
     ];
     let insertion = [Vec3::new(0.258, 0.078, 0.016), Vec3::new(0.236, 0.122, 0.016)];
-    fibres("pectoral", 7, [&origin, &insertion], (3, 9), 0.021)
+    fibres("pectoral", 11, [&origin, &insertion], (3, 9), 0.0185)
 }
 
 /// The shoulder's muscle: from clavicle, acromion and the blade's spine to the middle of the humerus.
@@ -121,7 +133,7 @@ fn shoulder() -> MuscleSpec {
         Vec3::new(0.130, 0.190, -0.085),
     ];
     let insertion = [Vec3::new(0.281, 0.018, 0.017), Vec3::new(0.289, 0.018, 0.006), Vec3::new(0.283, 0.014, -0.020)];
-    let set = fibres("shoulder", 6, [&origin, &insertion], (3, 3), 0.019);
+    let set = fibres("shoulder", 7, [&origin, &insertion], (3, 3), 0.018);
     MuscleSpec { fibres: set.fibres.map(|f| FibreSet { overlap: false, ..f }), ..set }
 }
 
@@ -149,7 +161,7 @@ pub(super) fn settle(spec: &MuscleSpec, bones: &[Bone]) -> Result<Vec<Fibre>, Fi
             let before = axis.clone();
             for i in 1..axis.len() - 1 {
                 let smooth = before[i].lerp(0.5 * (before[i - 1] + before[i + 1]), 0.8);
-                axis[i] = bones.iter().fold(smooth, |p, bone| bone.push(p, 0.85 * thick[i]));
+                axis[i] = bones.iter().fold(smooth, |p, bone| bone.push(p, SUNK * thick[i]));
             }
         }
         if apart {
@@ -231,7 +243,7 @@ pub(super) fn figure(headless: &Headless) -> Result<Drawn, FigureError> {
     let bones = [CHEST, HUMERUS, SHOULDER_HEAD, CLAVICLE];
     let (chest, arm) = (settle(&pectoral(), &bones)?, settle(&shoulder(), &bones)?);
     let drawn =
-        |fibres: &[Fibre], color| scene::joined(fibres.iter().map(|(m, points)| scene::muscle(m, points, color)));
+        |fibres: &[Fibre], color| scene::joined(fibres.iter().map(|(m, points)| scene::fibre(m, points, color)));
     let left = [drawn(&chest, PECTORAL), drawn(&arm, SHOULDER)];
     let mut solids: Vec<ColorMesh> = left.iter().map(mirrored).collect();
     solids.extend(left);
@@ -248,11 +260,9 @@ pub(super) fn figure(headless: &Headless) -> Result<Drawn, FigureError> {
     );
     let middle = f64::from(SIZE[0]) * 0.5;
     Label::new(&text, 18.0).color(INK).draw(&mut page, middle, f64::from(SIZE[1]) - 46.0)?;
-    Label::new("Bones: an ellipsoid and capsules.", 16.0).color(PALE).draw(
-        &mut page,
-        middle,
-        f64::from(SIZE[1]) - 20.0,
-    )?;
+    Label::new("Bones: ellipsoids and capsules. Pale: the axis, where a fibre is thinner than the line.", 16.0)
+        .color(PALE)
+        .draw(&mut page, middle, f64::from(SIZE[1]) - 20.0)?;
     let findings = vec![
         Finding::new("deepest overlap of neighbouring pectoral fibres", f64::from(overlap(&chest)) * 1000.0, "mm"),
         Finding::new("deepest overlap of neighbouring shoulder fibres", f64::from(overlap(&arm)) * 1000.0, "mm"),

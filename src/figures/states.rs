@@ -1,6 +1,6 @@
 //! Figure 11: the calf least and most activated, and a back muscle of fibres, in two shapes.
 
-use super::fibres::{CHEST, Fibre, HUMERUS, fibres, mirrored, settle, skeleton};
+use super::fibres::{CHEST, Fibre, HUMERUS, fibres, mirrored, on_chest, settle, skeleton};
 use super::plot::{INK, Label, PALE, Page};
 use super::scene::{self, BONE, Studio};
 use super::{Drawn, Finding};
@@ -58,13 +58,13 @@ fn leg() -> ColorMesh {
 
 /// The broad muscle of the back: from the spine's lower half to the humerus.
 fn back(shape: (u32, u32)) -> Result<Vec<Fibre>, FigureError> {
-    let origin = [Vec3::new(0.012, 0.085, -0.118), Vec3::new(0.012, -0.090, -0.114), Vec3::new(0.070, -0.205, -0.072)];
-    let insertion = [Vec3::new(0.238, 0.092, -0.030), Vec3::new(0.228, 0.112, -0.010)];
-    settle(&fibres("back", 7, [&origin, &insertion], shape, 0.019), &[CHEST, HUMERUS])
+    let origin = [on_chest(0.014, 0.085, -1.0), on_chest(0.014, -0.090, -1.0), on_chest(0.070, -0.185, -1.0)];
+    let insertion = [Vec3::new(0.228, 0.112, -0.010), Vec3::new(0.238, 0.092, -0.030)];
+    settle(&fibres("back", 8, [&origin, &insertion], shape, 0.019), &[CHEST, HUMERUS])
 }
 
 fn drawn(fibres: &[Fibre]) -> ColorMesh {
-    scene::joined(fibres.iter().map(|(m, points)| scene::muscle(m, points, activation_color(m.activation))))
+    scene::joined(fibres.iter().map(|(m, points)| scene::fibre(m, points, activation_color(m.activation))))
 }
 
 /// The thickest that a muscle gets, metres.

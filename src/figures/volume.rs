@@ -12,8 +12,10 @@ use rayon::prelude::*;
 
 /// What the paper found at most, percent.
 const PAPER: f64 = 3.0;
+/// What the enlarged plots show, percent.
+const ENLARGED: f64 = 0.04;
 /// Bends of the single muscles, degrees.
-const BENDS: [u32; 6] = [0, 30, 60, 90, 120, 150];
+const BENDS: [u32; 11] = [0, 15, 30, 45, 60, 75, 90, 105, 120, 135, 150];
 /// Length, volume (of a radius of 2 cm) and segments of the single muscles.
 const LENGTH: f32 = 0.25;
 const VOLUME: f32 = std::f32::consts::PI * 0.02 * 0.02 * LENGTH;
@@ -96,7 +98,7 @@ pub(super) fn figure(arm: &Arm) -> Result<Drawn, FigureError> {
 }
 
 fn draw(arm: &Arm, detail: Detail) -> Result<Drawn, FigureError> {
-    let mut page = Page::new(1360, 620)?;
+    let mut page = Page::new(1360, 990)?;
     let last = arm.curl.len().max(2) - 1;
     let mut curl = vec![Vec::new(); arm.rig.muscles.len()];
     for (i, pose) in arm.curl.iter().enumerate() {
@@ -115,31 +117,35 @@ fn draw(arm: &Arm, detail: Detail) -> Result<Drawn, FigureError> {
         let pairs = names.into_iter().zip(lines).enumerate();
         pairs.map(|(i, (name, points))| Line::new(name, points, SERIES[i % SERIES.len()])).collect()
     };
-    let names = arm.rig.muscle_names.iter().map(|name| name.replace('_', " ")).collect();
-    plot(&mut page, 0, "Muscles of the arm over a curl", "share of the curl, %", 0.0..100.0, named(names, curl))?;
-    let names = single().map(|(name, ..)| name.to_string()).to_vec();
-    plot(&mut page, 680, "One muscle over a bend of its axis", "bend, degrees", 0.0..150.0, named(names, bends))?;
+    let muscles = arm.rig.muscle_names.iter().map(|name| name.replace('_', " ")).collect();
+    let shapes = single().map(|(name, ..)| name.to_string()).to_vec();
+    let columns = [
+        ("Muscles of the arm over a curl", "share of the curl, %", 0.0..100.0, named(muscles, curl)),
+        ("One muscle over a bend of its axis", "bend, degrees", 0.0..150.0, named(shapes, bends)),
+    ];
+    for ((title, x, range, lines), left) in columns.into_iter().zip([0, 680]) {
+        let axis = |name, digits, most: f64| Axis { name, range: -most..most, ticks: 9, digits };
+        let mut whole = vec![Line::level("paper A: about 3 %", PAPER, &range, PALE)];
+        whole.push(Line::level("", -PAPER, &range, PALE));
+        whole.extend(lines.iter().cloned());
+        let plot = LinePlot {
+            title,
+            x: Axis { name: x, range: range.clone(), ticks: 6, digits: 0 },
+            y: axis("deviation from *V* = π*w*^2*l*, %", 0, 4.0),
+            lines: whole,
+            legend: Some(Corner::BottomLeft),
+        };
+        plot.draw(&mut page, Rect { left, top: 0, width: 680, height: 570 })?;
+        let near = LinePlot {
+            title: "Enlarged a hundred times (the meshes' own error: 0.01 %)",
+            y: axis("deviation, %", 2, ENLARGED),
+            lines,
+            legend: None,
+            ..plot
+        };
+        near.draw(&mut page, Rect { left, top: 580, width: 680, height: 400 })?;
+    }
     Ok(Drawn { image: page.finish(), findings })
-}
-
-fn plot(
-    page: &mut Page,
-    left: u32,
-    title: &str,
-    x: &str,
-    range: std::ops::Range<f64>,
-    mut lines: Vec<Line>,
-) -> Result<(), FigureError> {
-    lines.insert(0, Line::level("paper A: about 3 %", PAPER, &range, PALE));
-    lines.insert(1, Line::level("", -PAPER, &range, PALE));
-    let plot = LinePlot {
-        title,
-        x: Axis { name: x, range, ticks: 6, digits: 0 },
-        y: Axis { name: "deviation from *V* = π*w*^2*l*, %", range: -4.0..4.0, ticks: 9, digits: 0 },
-        lines,
-        legend: Some(Corner::BottomLeft),
-    };
-    plot.draw(page, Rect { left, top: 0, width: 680, height: 620 })
 }
 
 #[cfg(test)]

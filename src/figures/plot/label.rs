@@ -30,8 +30,6 @@ pub struct Label<'a> {
     pub align: Align,
     /// Whether it runs upward.
     pub upward: bool,
-    /// Whether it is bold.
-    pub bold: bool,
     /// Whether it has a white rim, to be read on a picture.
     pub rimmed: bool,
 }
@@ -88,7 +86,7 @@ fn runs(text: &str) -> Vec<Run> {
 impl<'a> Label<'a> {
     /// Dark text about its middle.
     pub fn new(text: &'a str, size: f64) -> Label<'a> {
-        Label { text, size, color: INK, align: Align::Middle, upward: false, bold: false, rimmed: false }
+        Label { text, size, color: INK, align: Align::Middle, upward: false, rimmed: false }
     }
 
     /// The same text with another point at its place.
@@ -111,11 +109,7 @@ impl<'a> Label<'a> {
 
     fn font(&self, run: &Run) -> (FontDesc<'static>, f64) {
         let size = self.size * EM * f64::from(FINE) * if run.level == 0 { 1.0 } else { INDEX };
-        let style = match (self.bold, run.italic) {
-            (true, _) => FontStyle::Bold,
-            (_, true) => FontStyle::Italic,
-            _ => FontStyle::Normal,
-        };
+        let style = if run.italic { FontStyle::Italic } else { FontStyle::Normal };
         (FontDesc::new(FontFamily::Name(FONT), size, style), size)
     }
 

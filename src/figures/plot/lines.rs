@@ -13,7 +13,7 @@ const NAME: f64 = 17.0;
 const TITLE: f64 = 19.0;
 const LEGEND: f64 = 15.0;
 /// Pixels that a plot keeps beside its axes for ticks and names, and above it for its title.
-const LEFT: u32 = 76;
+const LEFT: u32 = 84;
 const BELOW: u32 = 62;
 const ABOVE: u32 = 40;
 const RIGHT: u32 = 22;
@@ -121,7 +121,7 @@ pub(super) fn names(page: &mut Page, inner: Rect, title: &str, x: &str, y: &str)
     let (width, height) = (f64::from(inner.width), f64::from(inner.height));
     Label::new(title, TITLE).draw(page, left + 0.5 * width, top - 20.0)?;
     Label::new(x, NAME).draw(page, left + 0.5 * width, top + height + 46.0)?;
-    Label { upward: true, ..Label::new(y, NAME) }.draw(page, left - 56.0, top + 0.5 * height)
+    Label { upward: true, ..Label::new(y, NAME) }.draw(page, left - 64.0, top + 0.5 * height)
 }
 
 impl LinePlot<'_> {

@@ -55,15 +55,13 @@ impl Page {
     /// # Errors
     /// [`FigureError::Draw`] where the built-in font cannot be read.
     pub fn new(width: u32, height: u32) -> Result<Page, FigureError> {
-        for (name, style, bytes) in [
-            ("upright", FontStyle::Normal, notosans::REGULAR_TTF),
-            ("italic", FontStyle::Italic, notosans::ITALIC_TTF),
-            ("bold", FontStyle::Bold, notosans::BOLD_TTF),
-        ] {
+        for (name, style, bytes) in
+            [("upright", FontStyle::Normal, notosans::REGULAR_TTF), ("italic", FontStyle::Italic, notosans::ITALIC_TTF)]
+        {
             let failed = |_| FigureError::Draw { problem: format!("the built-in {name} font is not readable") };
             register_font(FONT, style, bytes).map_err(failed)?;
         }
-        Ok(Page { width, height, rgb: vec![255; (width * height * FINE * FINE * 3) as usize] })
+        Ok(Page { width, height, rgb: vec![255; width as usize * height as usize * (FINE * FINE * 3) as usize] })
     }
 
     /// Pixels across and down.
@@ -116,7 +114,11 @@ impl Page {
     /// Puts a picture on the page, its top left corner at `left`, `top`; what does not fit is cut off.
     pub fn paste(&mut self, image: &Image, left: u32, top: u32) {
         let row = (self.width * FINE) as usize * 3;
-        let (across, down) = (image.width.min(self.width - left), image.height.min(self.height - top));
+        let (across, down) =
+            (image.width.min(self.width.saturating_sub(left)), image.height.min(self.height.saturating_sub(top)));
+        if across == 0 {
+            return;
+        }
         for y in 0..down * FINE {
             let start = (top * FINE + y) as usize * row + (left * FINE) as usize * 3;
             let from = (y / FINE * image.width) as usize * 4;
