@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod characters;
+mod figures;
 mod muscle_meshes;
 mod muscles;
 mod outputs;

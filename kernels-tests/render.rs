@@ -123,6 +123,10 @@ fn a_ball_covers_the_middle_and_leaves_the_corners() {
         assert_eq!(picture.pixel(x, y), empty.pixel(x, y));
     }
     assert!(picture.rgba.chunks(4).all(|p| p[3] == 255));
+    // On paper the same ball stands before white, which the studio's backdrop is not.
+    let paper = studio.skin(Light::Paper, &[&studio.thing(&ball(Vec3::ZERO, 1.0, [0.0; 3]), [0.6; 3])]);
+    assert_eq!((center(&paper), paper.pixel(0, 0)), (center(&picture), [255; 4]));
+    assert_ne!(picture.pixel(0, 0), [255; 4]);
 }
 
 #[test]

@@ -3,6 +3,8 @@
 pub mod clip;
 pub mod error;
 pub mod field;
+#[cfg(feature = "figures")]
+pub mod figures;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod io;

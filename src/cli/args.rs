@@ -1,6 +1,7 @@
 //! The command line.
 
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
+use sinew::figures::Figure;
 use sinew::rig::muscle_file::Settings;
 use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
@@ -37,6 +38,8 @@ pub enum Verb {
     Muscles(Muscles),
     /// Print the JSON Schema of the muscle file
     Schema,
+    /// Draw the muscle paper's figures from this program's fields
+    Figures(Figures),
     /// Say what Sinew finds on this machine and what is missing
     Doctor(Doctor),
 }
@@ -330,6 +333,22 @@ impl From<SettingsArg> for Settings {
             SettingsArg::Keys => Settings::Keys,
         }
     }
+}
+
+/// Options of `figures`.
+#[derive(Debug, Group)]
+pub struct Figures {
+    /// Folder for figure_3.png and so on
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: PathBuf,
+    /// Only these figures; 4, 5, 6, 13 and A16 are plots and need no adapter [default: 3,4,5,6,7,11,13,14,A16]
+    #[arg(long, value_name = "N,N", value_delimiter = ',')]
+    pub only: Vec<Figure>,
+    #[command(flatten)]
+    pub compute: Compute,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Options of `doctor`.

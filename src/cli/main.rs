@@ -11,6 +11,7 @@ mod demo;
 mod device;
 mod doctor;
 mod failure;
+mod figures;
 mod inspect;
 mod interrupt;
 mod load;
@@ -42,6 +43,7 @@ fn main() -> ExitCode {
         Verb::Validate(validate) => validate::run(validate),
         Verb::Muscles(muscles) => muscles::run(muscles),
         Verb::Schema => schema::run(),
+        Verb::Figures(figures) => figures::run(figures),
         Verb::Doctor(doctor) => doctor::run(doctor),
     };
     match done {

@@ -3,6 +3,7 @@
 mod clip;
 mod device;
 mod field;
+mod figure;
 mod gltf;
 mod output;
 mod rig;
@@ -12,6 +13,7 @@ mod table;
 pub use clip::ClipError;
 pub use device::DeviceError;
 pub use field::{FieldError, HrbfError};
+pub use figure::FigureError;
 pub use gltf::GltfError;
 pub(crate) use gltf::one_line;
 pub use output::OutputError;

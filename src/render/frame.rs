@@ -32,6 +32,8 @@ pub enum Light {
     Studio,
     /// None: the material's own colour, to the bit.
     Flat,
+    /// The studio's lights, on white paper: for figures in print.
+    Paper,
 }
 
 /// A mesh with the vertices it has in this frame.
@@ -73,7 +75,7 @@ impl Frame<'_> {
             right: camera.right.extend(0.0),
             up: camera.up.extend(0.0),
             toward: camera.toward.extend(0.0),
-            lit: if self.light == Light::Studio { 1.0 } else { 0.0 },
+            lit: if self.light == Light::Flat { 0.0 } else { 1.0 },
             ghost_facing,
             ghost_edge,
             ghost_power,
@@ -136,8 +138,23 @@ impl Renderer {
     /// # Errors
     /// As [`encode`](Renderer::encode), and what the device reports.
     pub fn draw(&self, headless: &Headless, targets: &Targets, frame: &Frame<'_>) -> Result<Picture, DeviceError> {
+        self.draw_after(headless, targets, frame, |_| ())
+    }
+
+    /// As [`draw`](Renderer::draw), behind what `before` encodes: a deformer's work on the vertices that are drawn.
+    ///
+    /// # Errors
+    /// As [`draw`](Renderer::draw).
+    pub fn draw_after(
+        &self,
+        headless: &Headless,
+        targets: &Targets,
+        frame: &Frame<'_>,
+        before: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Result<Picture, DeviceError> {
         let mut encoder =
             headless.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
+        before(&mut encoder);
         self.encode(headless, &mut encoder, targets, frame)?;
         headless.queue.submit([encoder.finish()]);
         targets.read(headless)
@@ -178,7 +195,7 @@ impl Renderer {
                 view: &targets.samples,
                 depth_slice: None,
                 resolve_target: Some(&targets.resolved_view),
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::WHITE), store: wgpu::StoreOp::Discard },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &targets.depth,
@@ -188,8 +205,10 @@ impl Renderer {
             ..Default::default()
         });
         pass.set_bind_group(0, &view, &[]);
-        pass.set_pipeline(&self.background);
-        pass.draw(0..3, 0..1);
+        if frame.light != Light::Paper {
+            pass.set_pipeline(&self.background);
+            pass.draw(0..3, 0..1);
+        }
         if solids.count > 0 {
             pass.set_pipeline(&self.solid);
             pass.set_vertex_buffer(0, solids.vertices.slice(..));

@@ -1,0 +1,178 @@
+//! `sinew figures`: the muscle paper's figures as PNG files.
+
+use crate::args::{self, Input};
+use crate::failure::Failure;
+use crate::load;
+use crate::print;
+use crate::progress::Progress;
+use serde::Serialize;
+use sinew::clip::Scene;
+use sinew::error::FigureError;
+use sinew::figures::{Arm, Figure, Stage};
+use sinew::io::atomic::FileSet;
+use sinew::io::{gltf, png};
+use sinew::rig::muscle_file;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+const ARM: &[u8] = include_bytes!("../../assets/arm.glb");
+const MUSCLES: &str = include_str!("../../assets/arm.muscles.toml");
+/// Poses of the curl, from the stretched arm to the bent one.
+const POSES: u32 = 11;
+
+#[derive(Serialize)]
+struct Drawn {
+    output: PathBuf,
+    figures: Vec<One>,
+    device: Option<String>,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct One {
+    figure: &'static str,
+    title: &'static str,
+    file: PathBuf,
+    width: u32,
+    height: u32,
+    /// What was measured for it, with the unit.
+    findings: BTreeMap<String, Value>,
+}
+
+#[derive(Serialize)]
+struct Value {
+    value: f64,
+    unit: &'static str,
+}
+
+pub fn run(args: &args::Figures) -> Result<(), Failure> {
+    load::threads(args.compute.threads)?;
+    let chosen: Vec<Figure> =
+        Figure::ALL.into_iter().filter(|figure| args.only.is_empty() || args.only.contains(figure)).collect();
+    let began = Instant::now();
+    // Both before the long work, so that a missing adapter or an output that cannot be written is known at once.
+    let device = Device::open(args, &chosen)?;
+    let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
+    let arm = if chosen.iter().any(|figure| figure.needs_arm()) { Some(arm()?) } else { None };
+    let stage = Stage { arm: arm.as_ref(), ..device.stage() };
+    let progress = Progress::steps("drawing", chosen.len() as u64);
+    let mut figures = Vec::new();
+    for figure in chosen {
+        let drawn = figure.draw(&stage).map_err(failure)?;
+        let (name, image) = (format!("figure_{figure}.png"), drawn.image);
+        files.write(&name, |path| png::write(path, image.width, image.height, &image.rgba)).map_err(Failure::input)?;
+        let findings = drawn.findings.into_iter().map(|f| (f.name, Value { value: f.value, unit: f.unit }));
+        figures.push(One {
+            figure: figure.number(),
+            title: figure.title(),
+            file: args.output.join(&name),
+            width: image.width,
+            height: image.height,
+            findings: findings.collect(),
+        });
+        progress.step()?;
+    }
+    files.keep().map_err(Failure::input)?;
+    drop(progress);
+    let drawn =
+        Drawn { output: args.output.clone(), figures, device: device.name(), seconds: began.elapsed().as_secs_f64() };
+    print::result(args.json, &drawn, text)
+}
+
+/// The built-in arm and its curl.
+fn arm() -> Result<Arm, Failure> {
+    let input = Input { file: "arm.glb".into(), muscles: Some("arm.muscles.toml".into()) };
+    let scene = gltf::from_bytes(ARM, "arm").map_err(Failure::input)?;
+    let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
+    let rig = load::rig(&input, &scene, &muscles, true)?;
+    Ok(Arm { rig: Arc::new(rig), curl: curl(&scene)? })
+}
+
+/// The first half of the clip: it bends the elbow and stretches it again.
+fn curl(scene: &Scene) -> Result<Vec<sinew::rig::Pose>, Failure> {
+    let clip = scene.choose_clip(Some("curl")).map_err(Failure::input)?;
+    let half = (scene.frame_count(clip, 30.0).saturating_sub(1) / 2) as f32 / 30.0;
+    Ok((0..POSES).map(|i| scene.pose(clip, half * i as f32 / (POSES - 1) as f32)).collect())
+}
+
+fn failure(error: FigureError) -> Failure {
+    match error {
+        FigureError::Device(_) | FigureError::Setup(_) | FigureError::Lacks { .. } => {
+            Failure::Device(error.to_string())
+        }
+        _ => Failure::input(error),
+    }
+}
+
+/// The device, where a chosen figure is drawn on one.
+struct Device {
+    #[cfg(feature = "gpu")]
+    headless: Option<sinew::gpu::Headless>,
+}
+
+impl Device {
+    #[cfg(feature = "gpu")]
+    fn open(args: &args::Figures, chosen: &[Figure]) -> Result<Device, Failure> {
+        let wanted = chosen.iter().any(|figure| figure.needs_device());
+        let open = || {
+            crate::device::open(&args.compute.device).map_err(|failure| match failure {
+                Failure::Device(line) => Failure::Device(format!("{line}; {}", without(chosen))),
+                other => other,
+            })
+        };
+        Ok(Device { headless: if wanted { Some(open()?) } else { None } })
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn open(_: &args::Figures, chosen: &[Figure]) -> Result<Device, Failure> {
+        match chosen.iter().find(|figure| figure.needs_device()) {
+            Some(_) => Err(Failure::Device(format!(
+                "figures in space are drawn on a GPU; build sinew with feature `gpu`; {}",
+                without(chosen)
+            ))),
+            None => Ok(Device {}),
+        }
+    }
+
+    #[cfg(feature = "gpu")]
+    fn stage(&self) -> Stage<'_> {
+        Stage { device: self.headless.as_ref(), ..Stage::default() }
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn stage(&self) -> Stage<'_> {
+        Stage::default()
+    }
+
+    #[cfg(feature = "gpu")]
+    fn name(&self) -> Option<String> {
+        self.headless.as_ref().map(|headless| headless.info.name.clone())
+    }
+
+    #[cfg(not(feature = "gpu"))]
+    fn name(&self) -> Option<String> {
+        None
+    }
+}
+
+/// What can be drawn without a device, and what cannot.
+fn without(chosen: &[Figure]) -> String {
+    let list = |figures: &mut dyn Iterator<Item = Figure>| figures.map(Figure::number).collect::<Vec<_>>().join(",");
+    let missing = list(&mut chosen.iter().copied().filter(|f| f.needs_device()));
+    let plots = list(&mut Figure::ALL.into_iter().filter(|f| !f.needs_device()));
+    format!("figures {missing} are drawn on it, --only {plots} goes without")
+}
+
+fn text(d: &Drawn) -> String {
+    let mut text = String::new();
+    for one in &d.figures {
+        text += &format!("{}  {}\n", one.file.display(), one.title);
+        for (name, Value { value, unit }) in &one.findings {
+            text += &format!("    {name}: {value:.4}{}{unit}\n", if unit.is_empty() { "" } else { " " });
+        }
+    }
+    let on = d.device.as_ref().map_or(String::new(), |name| format!(" on {name}"));
+    text + &format!("{} figures drawn{on} in {:.1} s", d.figures.len(), d.seconds)
+}

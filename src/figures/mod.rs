@@ -1,0 +1,229 @@
+//! The figures of the muscle paper (A), drawn by this project's code from this project's fields.
+//!
+//! A figure is drawn on a [`Stage`]: plots need nothing of it, figures in space a device, and two of them the built-in
+//! arm. Beside the picture a figure gives what was measured for it.
+
+#[cfg(feature = "gpu")]
+mod anatomy;
+#[cfg(feature = "gpu")]
+mod curl;
+#[cfg(feature = "gpu")]
+mod fibres;
+pub mod plot;
+mod profiles;
+mod projection;
+#[cfg(feature = "gpu")]
+mod scene;
+#[cfg(feature = "gpu")]
+mod states;
+mod volume;
+
+use crate::error::FigureError;
+use crate::rig::{Image, Pose, Rig};
+use std::fmt;
+use std::str::FromStr;
+use std::sync::Arc;
+
+/// One of the paper's figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// 3: the anatomy of one muscle.
+    Anatomy,
+    /// 4: the projection on the axis, plain and ours.
+    Projection,
+    /// 5: sections of equal area.
+    Sections,
+    /// 6: the profile from rest to activation.
+    Activation,
+    /// 7: muscles of several fibres.
+    Fibres,
+    /// 11: calf and back in their states.
+    States,
+    /// 13, top: volume over a curl.
+    Volume,
+    /// 14: a wider muscle under the skin.
+    Width,
+    /// A.16: profiles of several shapes.
+    Profiles,
+}
+
+/// The built-in arm, for the figures that show a curl.
+#[derive(Debug)]
+pub struct Arm {
+    /// The arm with its fields and muscles.
+    pub rig: Arc<Rig>,
+    /// Poses from the stretched arm to the bent one, evenly spaced.
+    pub curl: Vec<Pose>,
+}
+
+/// What figures are drawn on and from.
+#[derive(Clone, Copy, Default)]
+pub struct Stage<'a> {
+    /// The built-in arm.
+    pub arm: Option<&'a Arm>,
+    /// The device that draws what is in space.
+    #[cfg(feature = "gpu")]
+    pub device: Option<&'a crate::gpu::Headless>,
+}
+
+/// Something that was measured for a figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// What it is.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit; empty for a plain number.
+    pub unit: &'static str,
+}
+
+/// A figure as drawn.
+#[derive(Clone, Debug)]
+pub struct Drawn {
+    /// The picture.
+    pub image: Image,
+    /// What was measured.
+    pub findings: Vec<Finding>,
+}
+
+impl Figure {
+    /// All figures in the paper's order.
+    pub const ALL: [Figure; 9] = [
+        Figure::Anatomy,
+        Figure::Projection,
+        Figure::Sections,
+        Figure::Activation,
+        Figure::Fibres,
+        Figure::States,
+        Figure::Volume,
+        Figure::Width,
+        Figure::Profiles,
+    ];
+
+    /// Its number in the paper.
+    pub fn number(self) -> &'static str {
+        match self {
+            Figure::Anatomy => "3",
+            Figure::Projection => "4",
+            Figure::Sections => "5",
+            Figure::Activation => "6",
+            Figure::Fibres => "7",
+            Figure::States => "11",
+            Figure::Volume => "13",
+            Figure::Width => "14",
+            Figure::Profiles => "A16",
+        }
+    }
+
+    /// What it shows, in a few words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Figure::Anatomy => "anatomy of one muscle",
+            Figure::Projection => "projection on the axis, nearest segment and ours",
+            Figure::Sections => "elliptic sections of equal area",
+            Figure::Activation => "profile from rest to activation",
+            Figure::Fibres => "pectoral and shoulder muscles as fibres",
+            Figure::States => "calf least and most activated, and a back muscle",
+            Figure::Volume => "volume over a curl and over a bend",
+            Figure::Width => "curl, and the same with a wider muscle",
+            Figure::Profiles => "profiles of several shapes",
+        }
+    }
+
+    /// Whether it is drawn in space, on a device.
+    pub fn needs_device(self) -> bool {
+        matches!(self, Figure::Anatomy | Figure::Fibres | Figure::States | Figure::Width)
+    }
+
+    /// Whether it shows the built-in arm.
+    pub fn needs_arm(self) -> bool {
+        matches!(self, Figure::Volume | Figure::Width)
+    }
+
+    /// Draws it. The same stage gives the same bytes.
+    ///
+    /// # Errors
+    /// [`FigureError::Lacks`] where the stage is missing something; otherwise what drawing met.
+    pub fn draw(self, stage: &Stage<'_>) -> Result<Drawn, FigureError> {
+        match self {
+            Figure::Projection => projection::figure(),
+            Figure::Sections => profiles::sections(),
+            Figure::Activation => profiles::activation(),
+            Figure::Profiles => profiles::profiles(),
+            Figure::Volume => volume::figure(self.arm(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::Anatomy => anatomy::figure(self.device(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::Fibres => fibres::figure(self.device(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::States => states::figure(self.device(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::Width => curl::figure(self.device(stage)?, self.arm(stage)?),
+            #[cfg(not(feature = "gpu"))]
+            Figure::Anatomy | Figure::Fibres | Figure::States | Figure::Width => {
+                Err(self.lacks("a graphics adapter, and sinew built with feature `gpu`"))
+            }
+        }
+    }
+
+    fn lacks(self, what: &'static str) -> FigureError {
+        FigureError::Lacks { figure: self.number(), what }
+    }
+
+    fn arm<'a>(self, stage: &Stage<'a>) -> Result<&'a Arm, FigureError> {
+        stage.arm.filter(|arm| !arm.curl.is_empty()).ok_or_else(|| self.lacks("the built-in arm in a curl"))
+    }
+
+    #[cfg(feature = "gpu")]
+    fn device<'a>(self, stage: &Stage<'a>) -> Result<&'a crate::gpu::Headless, FigureError> {
+        stage.device.ok_or_else(|| self.lacks("a graphics adapter"))
+    }
+}
+
+impl fmt::Display for Figure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.number())
+    }
+}
+
+impl FromStr for Figure {
+    type Err = FigureError;
+
+    /// By its number; a dot or the letters' case do not matter.
+    fn from_str(text: &str) -> Result<Figure, FigureError> {
+        let plain = |text: &str| text.trim().replace('.', "").to_uppercase();
+        Figure::ALL.into_iter().find(|figure| figure.number() == plain(text)).ok_or_else(|| FigureError::Unknown {
+            wanted: text.into(),
+            known: Figure::ALL.map(Figure::number).join(", "),
+        })
+    }
+}
+
+impl Finding {
+    fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Finding {
+        Finding { name: name.into(), value, unit }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_known_by_their_numbers() {
+        for figure in Figure::ALL {
+            assert_eq!(figure.number().parse::<Figure>().ok(), Some(figure));
+        }
+        assert_eq!("a.16".parse::<Figure>().ok(), Some(Figure::Profiles));
+        let error = "2".parse::<Figure>().expect_err("not ours").to_string();
+        assert!(error.contains("\"2\" is no figure") && error.contains("3, 4, 5"), "{error}");
+    }
+
+    #[test]
+    fn a_figure_names_what_its_stage_lacks() {
+        for figure in Figure::ALL.into_iter().filter(|f| f.needs_arm() || f.needs_device()) {
+            let error = figure.draw(&Stage::default()).expect_err("lacks something").to_string();
+            assert!(error.starts_with(&format!("figure {figure} needs")), "{error}");
+        }
+    }
+}
