@@ -236,7 +236,7 @@ fn capsule(skin: &Skin, inside: &impl Fn(Vec3) -> bool, (from, to): (Vec3, Vec3)
         (0..PLACES).map(|i| if inside(place(i)) { skin.distance(&near, place(i), most) } else { 0.0 }).collect();
     let (mut first, mut last, mut start) = (0, 0, 0);
     for i in 0..=PLACES {
-        if i == PLACES || distances[i] <= 0.0 {
+        if distances.get(i).is_none_or(|d| *d <= 0.0) {
             if i - start > last - first {
                 (first, last) = (start, i);
             }
