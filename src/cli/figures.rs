@@ -56,7 +56,7 @@ pub fn run(args: &args::Figures) -> Result<(), Failure> {
     let device = Device::open(args, &chosen)?;
     let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
     let arm = if chosen.iter().any(|figure| figure.needs_arm()) { Some(arm()?) } else { None };
-    let stage = Stage { arm: arm.as_ref(), ..device.stage() };
+    let stage = device.stage(arm.as_ref());
     let progress = Progress::steps("drawing", chosen.len() as u64);
     let mut figures = Vec::new();
     for figure in chosen {
@@ -137,13 +137,13 @@ impl Device {
     }
 
     #[cfg(feature = "gpu")]
-    fn stage(&self) -> Stage<'_> {
-        Stage { device: self.headless.as_ref(), ..Stage::default() }
+    fn stage<'a>(&'a self, arm: Option<&'a Arm>) -> Stage<'a> {
+        Stage { arm, device: self.headless.as_ref() }
     }
 
     #[cfg(not(feature = "gpu"))]
-    fn stage(&self) -> Stage<'_> {
-        Stage::default()
+    fn stage<'a>(&'a self, arm: Option<&'a Arm>) -> Stage<'a> {
+        Stage { arm }
     }
 
     #[cfg(feature = "gpu")]

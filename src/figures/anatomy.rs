@@ -208,7 +208,7 @@ fn section(page: &mut Page, muscle: &MuscleFrame, on: &Projection, radius: f32) 
     label("*R*(*q*)", at(theta, 0.62 * radius), [12.0, 26.0], RADIUS)?;
     label("*d*(*q*)", beside(0.5 * distance, ASIDE + 14.0), [10.0, 12.0], DISTANCE)?;
     label("*q*", at(theta, distance), [16.0, -14.0], DISTANCE)?;
-    label("proj(*q*)", center, [-46.0, 12.0], INK)?;
+    label("proj(*q*)", center, [-26.0, 28.0], INK)?;
     Label::new("Section at *s*(*q*)", 19.0).draw(page, center[0] + 40.0, 60.0)?;
     Label::new("*R* = *w* Φ(*s*) *r*(θ)", 19.0).draw(page, center[0] + 40.0, 566.0)?;
     Label::new("*f*_{ M}(*q*) = *d*(*q*) − *R*(*q*)", 19.0).draw(page, center[0] + 40.0, 598.0)

@@ -163,6 +163,8 @@ pub(super) fn settle(spec: &MuscleSpec, bones: &[Bone]) -> Result<Vec<Fibre>, Fi
                 let smooth = before[i].lerp(0.5 * (before[i - 1] + before[i + 1]), 0.8);
                 axis[i] = bones.iter().fold(smooth, |p, bone| bone.push(p, SUNK * thick[i]));
             }
+            // A blunt end lies on its bone too.
+            axis[0] = bones.iter().fold(axis[0], |p, bone| bone.push(p, SUNK * thick[0]));
         }
         if apart {
             part(&mut axes, &thick);
