@@ -86,7 +86,7 @@ impl Muscles {
         let mut random = Random(seed);
         let point = |i: usize| {
             let spread = random.vec3();
-            if i % 2 == 0 {
+            if i.is_multiple_of(2) {
                 return (spread * 0.6).extend(1.0);
             }
             let at = self.axes[(i * 7919) % self.axes.len()].position.xyz();

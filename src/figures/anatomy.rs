@@ -108,10 +108,10 @@ fn solids(muscle: &MuscleFrame, points: &[AxisPoint], on: &Projection, q: Vec3, 
     let dark = scene::linear(INK);
     let places: Vec<Vec3> = points.iter().map(|p| p.position.xyz()).collect();
     let foot = q - on.offset;
-    let before = places.iter().zip(points).take_while(|(_, p)| p.position.w < on.arc).map(|(p, _)| *p);
+    let before = places.iter().zip(points).take_while(|(_, p)| p.arc() < on.arc).map(|(p, _)| *p);
     let walked: Vec<Vec3> = before.chain([foot]).collect();
     solids.push(scene::tube(&walked, 0.0014, scene::linear(ARC)));
-    let rest = places.iter().zip(points).filter(|(_, p)| p.position.w > on.arc).map(|(p, _)| *p);
+    let rest = places.iter().zip(points).filter(|(_, p)| p.arc() > on.arc).map(|(p, _)| *p);
     let rest: Vec<Vec3> = std::iter::once(foot).chain(rest).collect();
     solids.push(scene::tube(&rest, 0.0011, dark));
     solids.extend(places.iter().map(|p| scene::ball(*p, 0.0024, dark)));

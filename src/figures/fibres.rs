@@ -211,9 +211,8 @@ fn overlap(fibres: &[Fibre]) -> f32 {
     for pair in fibres.windows(2) {
         for (i, p) in pair[0].1.iter().enumerate() {
             for (j, q) in pair[1].1.iter().enumerate() {
-                let radius = |(muscle, points): &Fibre, i: usize| {
-                    muscle.radius(points[i].position.w * muscle.inverse_length, 1.0)
-                };
+                let radius =
+                    |(muscle, points): &Fibre, i: usize| muscle.radius(points[i].arc() * muscle.inverse_length, 1.0);
                 let inner = (last(&pair[0].1) / 6..=last(&pair[0].1) * 5 / 6).contains(&i);
                 let depth = radius(&pair[0], i) + radius(&pair[1], j) - p.position.xyz().distance(q.position.xyz());
                 worst = if inner { worst.max(depth) } else { worst };

@@ -39,7 +39,7 @@ fn plain(points: &[AxisPoint], q: Vec3) -> (f32, f32) {
         let at = away.dot(point.tangent.xyz()).clamp(0.0, point.tangent.w);
         let distance = (away - point.tangent.xyz() * at).length();
         if distance < best.1 {
-            best = (point.position.w + at, distance);
+            best = (point.arc() + at, distance);
         }
     }
     best

@@ -17,6 +17,14 @@ crate::gpu_struct! {
     }
 }
 
+impl AxisPoint {
+    /// Arc length from the origin, metres.
+    #[inline]
+    pub fn arc(&self) -> f32 {
+        self.turn.w
+    }
+}
+
 /// Fewest segments of an axis.
 pub const MIN_SEGMENTS: u32 = 3;
 /// Most segments of an axis.
@@ -60,7 +68,7 @@ pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Ve
     for i in 0..=last {
         let after = points[i].tangent.xyz();
         let before = if i > 0 { points[i - 1].tangent.xyz() } else { after };
-        let wanted = ends.at(points[i].turn.w * inverse_length);
+        let wanted = ends.at(points[i].arc() * inverse_length);
         let normal = across(in_plane(wanted, before, after), before + after);
         previous = if normal.dot(previous) < 0.0 { -normal } else { normal };
         points[i].normal = previous.extend(0.0);

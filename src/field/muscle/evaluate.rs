@@ -118,7 +118,7 @@ fn on_segment(point: &AxisPoint, foot: &Foot, arc_gradient: Vec3) -> Projection 
     let (normal, by_share) = normal_at(point, foot.at * inverse);
     Projection {
         offset: foot.offset,
-        arc: point.turn.w + foot.at,
+        arc: point.arc() + foot.at,
         arc_gradient,
         tangent: point.tangent.xyz(),
         normal,
@@ -183,7 +183,9 @@ pub(super) fn raw_distance(muscle: &MuscleFrame, points: &[AxisPoint], q: Vec3) 
 /// The muscle's compact field at `q`, in the muscle's own space: 1 with zero slope on the axis, 1/2 on the surface, 0
 /// from `support_radius` outside it (background 3.2). `points` are the muscle's own.
 ///
-/// The value is continuous where the distance to the axis is under its radius of curvature. The gradient has kinks on
+/// The value is continuous where the distance to the axis is under half its radius of curvature. Beyond, the inner angles of
+/// neighbouring bends of one sense overlap, and the foot jumps from one to the next: not at all at half the radius, by one
+/// segment at the whole radius. The gradient has kinks on
 /// the axis, on the surface (the slope is the same on both sides, not its derivative), on the planes through the axis'
 /// points that bound the segments and the inner angles of bends, on the planes that halve those angles, where the foot
 /// goes round the corner (its size is the sine of half the bend), and at both ends.
@@ -253,7 +255,7 @@ mod tests {
         // Of two wedges that both hold the point, the nearer one counts: the border between them is a kink too.
         let shared = points.windows(2).any(|w| close(q.distance(w[0].position.xyz()), q.distance(w[1].position.xyz())));
         // At a bend, and at the ends, the foot goes round the corner.
-        let corners = points.iter().any(|p| (on.arc - p.turn.w).abs() < 8.0 * h);
+        let corners = points.iter().any(|p| (on.arc - p.arc()).abs() < 8.0 * h);
         close(d, radius)
             || d < 1e-3
             || close(d - radius, m.support_radius)
@@ -322,7 +324,7 @@ mod tests {
     /// The projection to the nearest segment alone, which algorithm 1 mends.
     fn plain_arc(points: &[AxisPoint], q: Vec3) -> f32 {
         let k = nearest(points, q).0;
-        points[k].turn.w + Foot::new(&points[k], q).at
+        points[k].arc() + Foot::new(&points[k], q).at
     }
 
     /// Largest jump of the arc length between neighbours on circles within `reach` of a bend of two unit segments.

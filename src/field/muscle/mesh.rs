@@ -93,9 +93,9 @@ struct Frame {
 impl Frame {
     fn at(points: &[AxisPoint], arc: f32) -> Frame {
         let last = points.len() - 2;
-        let i = points[1..=last].partition_point(|p| p.turn.w <= arc);
+        let i = points[1..=last].partition_point(|p| p.arc() <= arc);
         let point = &points[i];
-        let share = ((arc - point.turn.w) / point.tangent.w.max(NO_DIRECTION)).clamp(0.0, 1.0);
+        let share = ((arc - point.arc()) / point.tangent.w.max(NO_DIRECTION)).clamp(0.0, 1.0);
         let own = point.tangent.xyz();
         let bisector = |j: usize| {
             let before = points[j.saturating_sub(1)].tangent.xyz();
