@@ -126,7 +126,8 @@ fn a_blunt_end_that_activation_sharpens_keeps_the_corners() {
     let path = folder.path().join("blunt.muscles.toml");
     let text = fs::read_to_string(asset("arm.muscles.toml")).expect("the muscles");
     let shapes = "alpha = 1\nactive = { alpha = 4, beta = 4 }\nkeys = { activation = [[0, 0], [0.5, 0.5], [1, 1]] }\ndrivers = []\n";
-    fs::write(&path, text.replacen("alpha = 3\n", shapes, 1)).expect("written");
+    fs::write(&path, text.replacen("active = { alpha = 4, beta = 4 }\n", "", 1).replacen("alpha = 3\n", shapes, 1))
+        .expect("written");
     let meshes = folder.path().join("m");
     let extra = ["--device", "cpu", "--frames", "0..30", "--muscles", path.to_str().expect("a plain path")];
     printed(&bake(&folder.path().join("a.pc2"), &meshes, &extra));

@@ -32,19 +32,18 @@ fn main(
         }
         let first = muscles[m].first_point;
         let reach = muscles[m].lowest.w;
-        let nearest = muscle_nearest_eight(first, muscles[m].segments, q_0, q_1);
-        if all(min(nearest.squared_0, nearest.squared_1) > vec4<f32>(reach)) {
+        let keys = muscle_nearest_eight(first, muscles[m].segments, q_0, q_1);
+        if all(min(keys.four_0, keys.four_1) > vec4<u32>(bitcast<u32>(reach))) {
             continue;
         }
         let muscle = muscles[m];
         for (var k = 0u; k < 8u; k++) {
-            let lane = k & 3u;
-            let squared = select(nearest.squared_0[lane], nearest.squared_1[lane], k > 3u);
-            if squared > reach {
+            let nearest = nearest_of_key(select(keys.four_0[k & 3u], keys.four_1[k & 3u], k > 3u));
+            if nearest.squared > reach {
                 continue;
             }
-            let segment = select(nearest.segment_0[lane], nearest.segment_1[lane], k > 3u);
-            let sample = muscle_near(muscle, first, segment, points[min(begin + k, params.point_count - 1u)].xyz);
+            let point = points[min(begin + k, params.point_count - 1u)].xyz;
+            let sample = muscle_near(muscle, first, nearest.segment, point);
             if sample.value > best[k].w {
                 best[k] = vec4<f32>(sample.gradient, sample.value);
             }

@@ -76,11 +76,22 @@ fn muscle_in_wedge(before: AxisPoint, after: AxisPoint, foot_0: vec4<f32>, foot_
     return muscle_on_segment(after, x, q - after.position.xyz - t1 * x, arc_gradient);
 }
 
-fn muscle_project(first: u32, segments: u32, k: u32, q: vec3<f32>) -> Projection {
-    let own = axes[first + k];
-    let foot = muscle_foot(own, q);
+fn muscle_project(first: u32, segments: u32, nearest: u32, q: vec3<f32>) -> Projection {
+    var k = nearest;
+    var own = axes[first + k];
+    var foot = muscle_foot(own, q);
     if !muscle_inside(own, foot) {
-        return muscle_on_segment(own, clamp(foot.w, 0.0, own.tangent.w), foot.xyz, vec3<f32>(0.0));
+        // Where the neighbour behind that end has a foot inside, it is the nearer one by less than keys tell. Before the
+        // first segment the number wraps round, beyond all segments.
+        let behind = select(k - 1u, k + 1u, foot.w > 0.0);
+        let neighbour = axes[first + min(behind, segments)];
+        let nearer = muscle_foot(neighbour, q);
+        if behind >= segments || !muscle_inside(neighbour, nearer) {
+            return muscle_on_segment(own, clamp(foot.w, 0.0, own.tangent.w), foot.xyz, vec3<f32>(0.0));
+        }
+        k = behind;
+        own = neighbour;
+        foot = nearer;
     }
     var reach = 3.4e38;
     var other = own;

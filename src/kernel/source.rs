@@ -1,7 +1,10 @@
 //! A kernel's WGSL, assembled by concatenation, with a map from its lines back to the files they came from.
 
 use super::{Kernel, SharedStruct, WORKGROUP};
-use crate::field::{compose, evaluate, muscle::axis};
+use crate::field::{
+    compose, evaluate,
+    muscle::{self, axis},
+};
 use std::ops::Range;
 
 /// Shared WGSL.
@@ -47,7 +50,7 @@ pub const AXIS: Part = Part {
 pub const NEAREST: Part = Part {
     file: "shaders/shared/nearest.wgsl",
     text: include_str!("../../shaders/shared/nearest.wgsl"),
-    constants: &[],
+    constants: &[("NEAREST_KEY_BITS", muscle::KEY_BITS as f64)],
 };
 /// Projection on a muscle's axis, and its profile.
 pub const MUSCLE: Part = Part {

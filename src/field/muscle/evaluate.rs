@@ -52,22 +52,34 @@ impl Foot {
     }
 }
 
-/// The segment nearest to a point, of equals the first, and the squared distance to it.
+/// The segment nearest to a point, of equals the first, and the squared distance to it, rounded down by up to 1e-5 of it.
 #[inline]
 fn nearest(points: &[AxisPoint], q: Vec3) -> (usize, f32) {
-    let mut best = f32::INFINITY;
-    let mut found = 0;
-    for (i, ends) in points.windows(2).enumerate() {
+    let mut best = f32::MAX;
+    for (i, ends) in (0..).zip(points.windows(2)) {
         let [start, span, scale] = segment(&ends[0], &ends[1]);
         let h = q - start;
         let offset = h - span * (h.dot(span) * scale.x).clamp(0.0, 1.0);
-        let squared = offset.dot(offset);
-        if squared < best {
-            best = squared;
-            found = i;
-        }
+        let key = keyed(offset.dot(offset), i);
+        best = if key < best { key } else { best };
     }
-    (found, best)
+    unkeyed(best)
+}
+
+/// Bits of a squared distance that hold the segment's number instead: 63 segments are the most.
+pub(crate) const KEY_BITS: u32 = 63;
+
+/// A squared distance with a segment's number in its lowest bits, so that the least of them names its segment. It orders
+/// distances that differ by more than 1e-5 of themselves, which moves a foot by less than a distance can be told.
+#[inline(always)]
+pub(super) fn keyed(squared: f32, segment: u32) -> f32 {
+    f32::from_bits(squared.to_bits() & !KEY_BITS | segment)
+}
+
+/// The segment and the squared distance of a key.
+#[inline(always)]
+pub(super) fn unkeyed(key: f32) -> (usize, f32) {
+    ((key.to_bits() & KEY_BITS) as usize, f32::from_bits(key.to_bits() & !KEY_BITS))
 }
 
 /// What the search for the nearest segment reads of it: its start, its span, and one over its squared length.
@@ -88,9 +100,15 @@ pub fn project(points: &[AxisPoint], q: Vec3) -> Projection {
 /// [`project`] where the nearest segment is known.
 #[inline]
 fn project_near(points: &[AxisPoint], q: Vec3, k: usize) -> Projection {
-    let foot = Foot::new(&points[k], q);
+    let (mut k, mut foot) = (k, Foot::new(&points[k], q));
     if !foot.inside(&points[k]) {
-        return on_segment(&points[k], &foot, Vec3::ZERO);
+        // Where the neighbour behind that end has a foot inside, it is the nearer one by less than keys tell.
+        let behind = if foot.line > 0.0 { k + 1 } else { k.wrapping_sub(1) };
+        let nearer = (behind < points.len() - 1).then(|| Foot::new(&points[behind], q));
+        match nearer.filter(|nearer| nearer.inside(&points[behind])) {
+            Some(nearer) => (k, foot) = (behind, nearer),
+            None => return on_segment(&points[k], &foot, Vec3::ZERO),
+        }
     }
     let mut shared = usize::MAX;
     let mut reach = f32::INFINITY;

@@ -3,7 +3,7 @@
 
 use super::{
     AxisPoint, MuscleFrame,
-    evaluate::{evaluate_near, segment},
+    evaluate::{evaluate_near, keyed, segment, unkeyed},
 };
 use crate::field::Sample;
 use glam::{Vec3, Vec4};
@@ -121,10 +121,11 @@ fn best_of_block_avx2(input: &UnionInput, block: &mut Block) {
 fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
     for muscle in input.muscles.iter().filter(|m| m.present != 0) {
         let points = muscle.points(input.axes);
-        let (segments, squared) = nearest(points, block);
+        let keys = nearest(points, block);
         for lane in 0..LANES {
-            if squared[lane] <= muscle.reach_squared() {
-                let sample = evaluate_near(muscle, points, block.point(lane), segments[lane] as usize);
+            let (segment, squared) = unkeyed(keys[lane]);
+            if squared <= muscle.reach_squared() {
+                let sample = evaluate_near(muscle, points, block.point(lane), segment);
                 if sample.value > block.best[lane].value {
                     block.best[lane] = sample;
                 }
@@ -133,13 +134,12 @@ fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
     }
 }
 
-/// The nearest segment of each point, and the squared distance to it.
+/// The key of each point's nearest segment.
 ///
 /// The loop over the lanes is long enough that it stays one, of vector instructions as wide as the processor's.
 #[inline(always)]
-fn nearest(points: &[AxisPoint], block: &Block) -> ([u32; LANES], Lanes) {
-    let mut found = [0; LANES];
-    let mut best = [f32::INFINITY; LANES];
+fn nearest(points: &[AxisPoint], block: &Block) -> Lanes {
+    let mut best = [f32::MAX; LANES];
     for (i, ends) in (0..).zip(points.windows(2)) {
         let [start, span, scale] = segment(&ends[0], &ends[1]);
         for lane in 0..LANES {
@@ -149,11 +149,9 @@ fn nearest(points: &[AxisPoint], block: &Block) -> ([u32; LANES], Lanes) {
             let share = if share > 0.0 { share } else { 0.0 };
             let share = if share < 1.0 { share } else { 1.0 };
             let (ox, oy, oz) = (hx - span.x * share, hy - span.y * share, hz - span.z * share);
-            let squared = ox * ox + oy * oy + oz * oz;
-            let closer = squared < best[lane];
-            best[lane] = if closer { squared } else { best[lane] };
-            found[lane] = if closer { i } else { found[lane] };
+            let key = keyed(ox * ox + oy * oy + oz * oz, i);
+            best[lane] = if key < best[lane] { key } else { best[lane] };
         }
     }
-    (found, best)
+    best
 }

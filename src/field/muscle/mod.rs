@@ -7,6 +7,7 @@ pub mod mesh;
 pub mod profile;
 
 pub use axis::AxisPoint;
+pub(crate) use evaluate::KEY_BITS;
 pub use evaluate::{Projection, evaluate, project};
 pub use lanes::{Instructions, POINTS_PER_THREAD, UnionInput, UnionParams, union, union_with};
 pub use profile::Profile;
