@@ -26,7 +26,7 @@ fn shape(rest: MuscleRest, own: MuscleInput, first: u32, length: f32) -> MuscleF
     var muscle = MuscleFrame();
     muscle.first_point = rest.first_point;
     muscle.segments = rest.segments;
-    if length < MIN_LENGTH {
+    if length < MIN_LENGTH || math_not_finite(length) {
         return muscle;
     }
     let width = own.width * sqrt(rest.origin.w / (PI * length));

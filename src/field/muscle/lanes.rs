@@ -3,7 +3,7 @@
 
 use super::{
     AxisPoint, MuscleFrame,
-    evaluate::{evaluate_near, keyed, segment, unkeyed},
+    evaluate::{FARTHEST, evaluate_near, keyed, segment, unkeyed},
 };
 use crate::field::Sample;
 use glam::{Vec3, Vec4};
@@ -121,9 +121,8 @@ fn best_of_block_avx2(input: &UnionInput, block: &mut Block) {
 fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
     for muscle in input.muscles.iter().filter(|m| m.present != 0) {
         let points = muscle.points(input.axes);
-        let keys = nearest(points, block);
-        for lane in 0..LANES {
-            let (segment, squared) = unkeyed(keys[lane]);
+        for (lane, key) in nearest(points, block).into_iter().enumerate() {
+            let (segment, squared) = unkeyed(key);
             if squared <= muscle.reach_squared() {
                 let sample = evaluate_near(muscle, points, block.point(lane), segment);
                 if sample.value > block.best[lane].value {
@@ -139,10 +138,10 @@ fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
 /// The loop over the lanes is long enough that it stays one, of vector instructions as wide as the processor's.
 #[inline(always)]
 fn nearest(points: &[AxisPoint], block: &Block) -> Lanes {
-    let mut best = [f32::MAX; LANES];
+    let mut best = [FARTHEST; LANES];
     for (i, ends) in (0..).zip(points.windows(2)) {
         let [start, span, scale] = segment(&ends[0], &ends[1]);
-        for lane in 0..LANES {
+        for (lane, best) in best.iter_mut().enumerate() {
             let (hx, hy, hz) = (block.x[lane] - start.x, block.y[lane] - start.y, block.z[lane] - start.z);
             // Not `clamp`: which looks for NaN, at three instructions a bound.
             let share = (hx * span.x + hy * span.y + hz * span.z) * scale.x;
@@ -150,7 +149,7 @@ fn nearest(points: &[AxisPoint], block: &Block) -> Lanes {
             let share = if share < 1.0 { share } else { 1.0 };
             let (ox, oy, oz) = (hx - span.x * share, hy - span.y * share, hz - span.z * share);
             let key = keyed(ox * ox + oy * oy + oz * oz, i);
-            best[lane] = if key < best[lane] { key } else { best[lane] };
+            *best = if key < *best { key } else { *best };
         }
     }
     best

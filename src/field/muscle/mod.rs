@@ -7,7 +7,7 @@ pub mod mesh;
 pub mod profile;
 
 pub use axis::AxisPoint;
-pub(crate) use evaluate::KEY_BITS;
+pub use evaluate::KEY_BITS;
 pub use evaluate::{Projection, evaluate, project};
 pub use lanes::{Instructions, POINTS_PER_THREAD, UnionInput, UnionParams, union, union_with};
 pub use profile::Profile;
@@ -142,12 +142,11 @@ pub fn shape(
     insertion_normal: Vec3,
 ) -> MuscleFrame {
     let length = axis::frame(points, origin_normal, insertion_normal);
-    if length < MIN_LENGTH {
+    if !(length.is_finite() && length >= MIN_LENGTH) {
         return MuscleFrame { first_point: rest.first_point, segments: rest.segments, ..MuscleFrame::default() };
     }
     let width = input.width * (rest.origin.w / (std::f32::consts::PI * length)).sqrt();
-    let short_squared = (1.0 - input.eccentricity * input.eccentricity).sqrt();
-    let long_squared = 1.0 / short_squared;
+    let (short_squared, long_squared) = profile::ellipse_squared(input.eccentricity);
     let largest = width * input.profile_bound * long_squared.sqrt();
     let support_radius = rest.insertion.w.max(LEAST_SUPPORT_RADII * largest);
     let mut lowest = points[0].position.xyz();

@@ -1,6 +1,6 @@
 //! From the file's tables to muscles, with every number within its bounds.
 
-use super::curve::{CurveTable, ShapeCurveTable};
+use super::curve::{CurveTable, Exact, ShapeCurveTable};
 use super::place::Fault;
 use super::tables::{
     ActiveTable, AngleTable, AttachmentTable, BoneTable, DriverTable, FibresTable, KeysTable, LengthTable, MuscleTable,
@@ -119,7 +119,7 @@ fn fibres(table: FibresTable) -> Checked<FibreSet> {
         let what = "all fibres are the same; give `origin_line` or `insertion_line` a point";
         return Err(Fault::new("fibres.count", what));
     }
-    let line = |key: &str, points: Vec<[f32; 3]>| -> Checked<Vec<Vec3>> {
+    let line = |key: &str, points: Vec<Exact<[f32; 3]>>| -> Checked<Vec<Vec3>> {
         points.into_iter().enumerate().map(|(i, p)| point(&format!("fibres.{key}[{i}]"), p)).collect()
     };
     Ok(FibreSet {
@@ -212,7 +212,7 @@ fn curve(key: &str, table: Option<CurveTable>, range: RangeInclusive<f32>) -> Ch
 fn shape_curve(key: &str, table: Option<ShapeCurveTable>) -> Checked<ShapeCurve> {
     let Some(table) = table else { return Ok(ShapeCurve::default()) };
     let mut curve = ShapeCurve { ease: table.ease.into(), ..ShapeCurve::default() };
-    for (i, &(time, alpha, beta)) in table.points.iter().enumerate() {
+    for (i, &Exact((time, alpha, beta))) in table.points.iter().enumerate() {
         let at = format!("{key}[{i}]");
         ascending(&at, time, curve.times.last())?;
         curve.times.push(time);
@@ -286,7 +286,7 @@ fn finite(key: &str, value: f32) -> Checked<f32> {
     Err(Fault::new(key, format!("{} is {value}, and must be finite", last(key))))
 }
 
-fn point(key: &str, value: [f32; 3]) -> Checked<Vec3> {
+fn point(key: &str, Exact(value): Exact<[f32; 3]>) -> Checked<Vec3> {
     for (i, &coordinate) in value.iter().enumerate() {
         if !coordinate.is_finite() {
             return Err(Fault::new(format!("{key}[{i}]"), format!("{} holds {coordinate}, not finite", last(key))));
@@ -295,7 +295,7 @@ fn point(key: &str, value: [f32; 3]) -> Checked<Vec3> {
     Ok(Vec3::from(value))
 }
 
-fn direction(key: &str, value: [f32; 3]) -> Checked<Vec3> {
+fn direction(key: &str, value: Exact<[f32; 3]>) -> Checked<Vec3> {
     let direction = point(key, value)?;
     if direction.try_normalize().is_none() {
         return Err(Fault::new(key, format!("{} has no direction; give a vector that is not zero", last(key))));

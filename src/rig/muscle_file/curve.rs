@@ -4,7 +4,8 @@ use super::tables::EaseName;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{
-    Deserializer, MapAccess, SeqAccess, Visitor, value::MapAccessDeserializer, value::SeqAccessDeserializer,
+    Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor, value::MapAccessDeserializer,
+    value::SeqAccessDeserializer,
 };
 use std::borrow::Cow;
 use std::fmt;
@@ -13,7 +14,46 @@ use std::marker::PhantomData;
 /// Keys of one number: `[seconds, value]`, or `[seconds, value, slope in, slope out]`.
 pub(super) type CurveTable = KeyList<Vec<f32>>;
 /// Keys of the exponents: `[seconds, alpha, beta]`.
-pub(super) type ShapeCurveTable = KeyList<(f32, u32, u32)>;
+pub(super) type ShapeCurveTable = KeyList<Exact<(f32, u32, u32)>>;
+
+/// A list of so many values and no more: what is left over would be lost without a word.
+pub(super) struct Exact<T>(pub T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Exact<T> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Whole<T>(PhantomData<T>);
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for Whole<T> {
+            type Value = Exact<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a list of numbers")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<Self::Value, A::Error> {
+                let value = T::deserialize(SeqAccessDeserializer::new(&mut values))?;
+                match values.next_element::<IgnoredAny>()? {
+                    None => Ok(Exact(value)),
+                    Some(_) => Err(Error::custom("the list is too long; three numbers are needed")),
+                }
+            }
+        }
+        from.deserialize_seq(Whole(PhantomData))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for Exact<T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        T::schema_name()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        T::json_schema(generator)
+    }
+}
 
 /// Keys with the way they are joined.
 pub(super) struct KeyList<P> {
@@ -72,7 +112,7 @@ impl KeyPoint for Vec<f32> {
     }
 }
 
-impl KeyPoint for (f32, u32, u32) {
+impl KeyPoint for Exact<(f32, u32, u32)> {
     const NAME: &'static str = "ShapeCurve";
 
     fn point() -> Schema {

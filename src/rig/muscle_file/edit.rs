@@ -295,7 +295,8 @@ fn merge(table: &mut dyn TableLike, needed: &dyn TableLike, all: &dyn TableLike)
             Some(new) => {
                 let nested = needed.get(&key).and_then(Item::as_table_like);
                 match (table.get_mut(&key).and_then(Item::as_table_like_mut), new.as_table_like()) {
-                    (Some(stands), Some(new)) => merge(stands, nested.unwrap_or(&Table::new()), new),
+                    // A table that is not needed whole still needs all of its members: one left out would have a default.
+                    (Some(stands), Some(new)) => merge(stands, nested.unwrap_or(new), new),
                     _ => put(table, &key, new),
                 }
             }

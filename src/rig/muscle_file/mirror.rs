@@ -40,8 +40,9 @@ pub(super) fn muscle(spec: &MuscleSpec, character: &Character, names: &SideNames
         match &mut driver.source {
             Source::Angle { joint, axis, .. } => {
                 let (bone, other) = across(&format!("drivers[{d}].angle.joint"), joint)?;
-                // Turns change their sense in a mirror, so the axis turns round as well.
-                *axis = axis.map(|axis| -bone.direction(axis));
+                // Turns change their sense in a mirror, so the axis turns round as well; unless the partner's bind is the
+                // mirror already, which drivers take out of it.
+                *axis = axis.map(|axis| bone.direction(axis) * bone.handedness());
                 *joint = other;
             }
             Source::Table { column, .. } => *column = names.other(column),
@@ -87,6 +88,11 @@ impl Across {
 
     fn direction(&self, v: Vec3) -> Vec3 {
         rounded(self.0.transform_vector3(v.as_dvec3()).normalize_or_zero())
+    }
+
+    /// 1 where the way keeps the sense of turns, -1 where it turns it round.
+    fn handedness(&self) -> f32 {
+        self.0.determinant().signum() as f32
     }
 
     fn attachment(&self, end: &Attachment, bone: String) -> Attachment {

@@ -1,6 +1,7 @@
 //! What stands in a muscle file, table by table. The JSON Schema is derived from the same declarations, so that what it
 //! says and what is read cannot differ; every key's comment is its description there.
 
+use super::curve::Exact;
 use super::curve::{CurveTable, ShapeCurveTable};
 use crate::rig::muscle::{BodySide, Combine, Ease};
 use schemars::JsonSchema;
@@ -108,9 +109,9 @@ pub(super) struct AttachmentTable {
     /// The bone that carries it.
     pub bone: String,
     /// Metres, in the bone's own space at rest.
-    pub offset: [f32; 3],
+    pub offset: Exact<[f32; 3]>,
     /// Direction of the section's long axis, in the bone's own space; Z where nothing is said.
-    pub normal: Option<[f32; 3]>,
+    pub normal: Option<Exact<[f32; 3]>>,
 }
 
 /// A fibre set.
@@ -122,10 +123,10 @@ pub(super) struct FibresTable {
     pub count: u32,
     /// Points after the origin's own on the line from which the fibres start; metres, in the origin bone's space.
     #[serde(default)]
-    pub origin_line: Vec<[f32; 3]>,
+    pub origin_line: Vec<Exact<[f32; 3]>>,
     /// Points after the insertion's own on the line where the fibres end; metres, in the insertion bone's space.
     #[serde(default)]
-    pub insertion_line: Vec<[f32; 3]>,
+    pub insertion_line: Vec<Exact<[f32; 3]>>,
     /// Whether the fibres may overlap; else they collide with one another.
     #[serde(default)]
     pub overlap: bool,
@@ -187,7 +188,7 @@ pub(super) struct AngleTable {
     /// The joint.
     pub joint: String,
     /// Axis in the joint's own space, to count turns about it alone, with their sign; else the whole angle counts.
-    pub axis: Option<[f32; 3]>,
+    pub axis: Option<Exact<[f32; 3]>>,
     /// Radians where activation begins.
     #[serde(default)]
     pub from: f32,
@@ -262,9 +263,9 @@ pub(super) struct BoneTable {
 #[serde(deny_unknown_fields)]
 pub(super) struct CapsuleTable {
     /// Centre of one end.
-    pub from: [f32; 3],
+    pub from: Exact<[f32; 3]>,
     /// Centre of the other end.
-    pub to: [f32; 3],
+    pub to: Exact<[f32; 3]>,
     /// Radius.
     pub radius: f32,
 }

@@ -266,3 +266,19 @@ fn later_errors_are_located() {
     let stranger = MuscleError::NoField { muscle: "nobody".into(), bone: "x".into() };
     assert!(MuscleFile::default().locate(&stranger).to_string().contains("nobody"));
 }
+
+#[test]
+fn lists_that_are_too_long_are_refused() {
+    let with = |line: &str| {
+        let text = format!(
+            "[[muscle]]\nname = \"m\"\nbone = \"b\"\norigin = {{ bone = \"b\", offset = [0, 0, 0] }}\n\
+             insertion = {{ bone = \"b\", offset = [0, 0.1, 0] }}\nwidth = 0.02\n{line}\n"
+        );
+        super::super::parse(&text, std::path::Path::new("m.toml")).map(drop).map_err(|e| e.to_string())
+    };
+    assert!(with("keys = { shape = [[0, 3, 3]] }").is_ok());
+    for line in ["keys = { shape = [[0, 3, 3, 9]] }", "fibres = { count = 2, origin_line = [[0, 0, 0, 0.1]] }"] {
+        let refused = with(line).expect_err("too long");
+        assert!(refused.starts_with("m.toml:7:") && refused.contains("three numbers"), "{refused}");
+    }
+}
