@@ -1,5 +1,5 @@
 // The largest of one instance's muscles' fields at given points of their own space: gradient in xyz where it is wanted,
-// value in w. Every segment of every muscle is looked at. One thread per eight points.
+// value in w. Every segment of every muscle is looked at. One thread per sixteen points.
 
 @group(0) @binding(0) var<uniform> params: UnionParams;
 @group(0) @binding(1) var<storage, read> muscles: array<MuscleFrame>;
@@ -19,26 +19,32 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let begin = 8u * dispatch_index(group, workgroups, local);
+    let begin = 16u * dispatch_index(group, workgroups, local);
     if begin >= params.point_count {
         return;
     }
-    let q_0 = four_points(begin);
-    let q_1 = four_points(begin + 4u);
-    var best = array<vec4<f32>, 8>();
+    let q = array<mat4x4<f32>, 4>(
+        four_points(begin),
+        four_points(begin + 4u),
+        four_points(begin + 8u),
+        four_points(begin + 12u),
+    );
+    var best = array<vec4<f32>, 16>();
     for (var m = 0u; m < params.muscle_count; m++) {
         if muscles[m].present == 0u {
             continue;
         }
         let first = muscles[m].first_point;
         let reach = muscles[m].lowest.w;
-        let keys = muscle_nearest_eight(first, muscles[m].segments, q_0, q_1);
-        if all(min(keys.four_0, keys.four_1) > vec4<u32>(bitcast<u32>(reach))) {
+        let keys = muscle_nearest_sixteen(first, muscles[m].segments, q);
+        let least = min(min(keys.four_0, keys.four_1), min(keys.four_2, keys.four_3));
+        if all(least > vec4<u32>(bitcast<u32>(reach))) {
             continue;
         }
         let muscle = muscles[m];
-        for (var k = 0u; k < 8u; k++) {
-            let nearest = nearest_of_key(select(keys.four_0[k & 3u], keys.four_1[k & 3u], k > 3u));
+        var fours = array<vec4<u32>, 4>(keys.four_0, keys.four_1, keys.four_2, keys.four_3);
+        for (var k = 0u; k < 16u; k++) {
+            let nearest = nearest_of_key(fours[k / 4u][k % 4u]);
             if nearest.squared > reach {
                 continue;
             }
@@ -49,7 +55,7 @@ fn main(
             }
         }
     }
-    for (var k = 0u; k < 8u && begin + k < params.point_count; k++) {
+    for (var k = 0u; k < 16u && begin + k < params.point_count; k++) {
         samples[begin + k] = vec4<f32>(select(vec3<f32>(0.0), best[k].xyz, params.gradients != 0u), best[k].w);
     }
 }

@@ -27,24 +27,28 @@ fn muscle_nearest(first: u32, segments: u32, q: vec3<f32>) -> Nearest {
     return nearest_of_key(best);
 }
 
-// Keys of eight points at a time: what is read of the axis serves all eight.
-struct EightKeys {
+// Keys of sixteen points at a time: what is read of the axis serves all of them.
+struct SixteenKeys {
     four_0: vec4<u32>,
     four_1: vec4<u32>,
+    four_2: vec4<u32>,
+    four_3: vec4<u32>,
 }
 
-fn muscle_nearest_eight(first: u32, segments: u32, q_0: mat4x4<f32>, q_1: mat4x4<f32>) -> EightKeys {
-    var best_0 = vec4<u32>(0xffffffffu);
-    var best_1 = vec4<u32>(0xffffffffu);
+fn muscle_nearest_sixteen(first: u32, segments: u32, q: array<mat4x4<f32>, 4>) -> SixteenKeys {
+    let far = vec4<u32>(0xffffffffu);
+    var best = SixteenKeys(far, far, far, far);
     var start = axes[first].position.xyz;
     for (var i = 0u; i < segments; i++) {
         let end = axes[first + i + 1u].position;
         let span = end.xyz - start;
-        best_0 = min(best_0, nearest_four_keys(q_0, start, span, end.w, i));
-        best_1 = min(best_1, nearest_four_keys(q_1, start, span, end.w, i));
+        best.four_0 = min(best.four_0, nearest_four_keys(q[0], start, span, end.w, i));
+        best.four_1 = min(best.four_1, nearest_four_keys(q[1], start, span, end.w, i));
+        best.four_2 = min(best.four_2, nearest_four_keys(q[2], start, span, end.w, i));
+        best.four_3 = min(best.four_3, nearest_four_keys(q[3], start, span, end.w, i));
         start = end.xyz;
     }
-    return EightKeys(best_0, best_1);
+    return best;
 }
 
 // Keys of four points, whose coordinates stand in the first three columns, for one segment.

@@ -24,7 +24,7 @@ crate::gpu_struct! {
 }
 
 /// Points that one thread of the kernel takes.
-pub const POINTS_PER_THREAD: usize = 8;
+pub const POINTS_PER_THREAD: usize = 16;
 
 /// Points that go through an axis together.
 const LANES: usize = 64;
