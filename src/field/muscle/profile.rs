@@ -9,7 +9,7 @@ pub const MAX_ECCENTRICITY: f32 = 0.99;
 /// Largest profile exponent; larger ones are sharper than any muscle (paper A, section 5.2).
 pub const MAX_EXPONENT: u32 = 9;
 
-/// Most shapes that make a profile at one moment: two keyed rest shapes, and the active one.
+/// Most shapes that make a profile at one moment. Two keyed rest shapes and the active one need three.
 pub const MAX_TERMS: usize = 4;
 
 /// Profile exponents `(alpha, beta)`, each 1..=[`MAX_EXPONENT`].
