@@ -38,7 +38,8 @@ impl ShapeBlend {
         let mut blend = ShapeBlend { pairs: [((3, 3), 0.0); Self::MOST], count: 0 };
         for (pair, weight) in given.into_iter().filter(|(_, weight)| *weight > 0.0) {
             match blend.pairs[..blend.count].iter_mut().find(|(known, _)| *known == pair) {
-                Some((_, sum)) => *sum += weight,
+                // The parts of one rounded whole may add up to a bit more than it.
+                Some((_, sum)) => *sum = (*sum + weight).min(1.0),
                 None => {
                     blend.pairs[blend.count] = (pair, weight);
                     blend.count += 1;

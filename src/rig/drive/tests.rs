@@ -331,6 +331,21 @@ fn an_effort_rises_and_falls_no_faster_than_it_may() {
     }
 }
 
+#[test]
+fn a_shape_joined_from_its_own_parts_is_whole() {
+    let mut muscle = spec(vec![]);
+    muscle.rest.alpha = 9;
+    for share in 0..10_000 {
+        let end = share as f32 / 10_000.0;
+        muscle.keys.shape = ShapeCurve { ease: Ease::Linear, times: vec![0.0, 1.0], shapes: vec![(9, 9), (9, 9)] };
+        let mut pose = rest();
+        pose.time = end;
+        let drives = Drives::new(&character(), std::slice::from_ref(&muscle)).expect("joints are there");
+        let got = drives.parameters(&pose, &[1.0]).expect("a pose of two joints")[0];
+        assert!(got.shapes.pairs().iter().all(|(_, w)| *w <= 1.0), "{got:?}");
+    }
+}
+
 fn any_source() -> impl Strategy<Value = Source> {
     let ranges = (-4.0f32..4.0, -4.0f32..4.0, any::<bool>());
     prop_oneof![
