@@ -333,16 +333,15 @@ fn an_effort_rises_and_falls_no_faster_than_it_may() {
 
 #[test]
 fn a_shape_joined_from_its_own_parts_is_whole() {
-    let mut muscle = spec(vec![]);
-    muscle.rest.alpha = 9;
-    for share in 0..10_000 {
-        let end = share as f32 / 10_000.0;
+    for activation in (0..200).map(|i| i as f32 / 200.0) {
+        let mut muscle = spec(vec![(Source::Constant(activation), Combine::Max)]);
+        (muscle.active.alpha, muscle.active.beta) = (9, 9);
         muscle.keys.shape = ShapeCurve { ease: Ease::Linear, times: vec![0.0, 1.0], shapes: vec![(9, 9), (9, 9)] };
-        let mut pose = rest();
-        pose.time = end;
-        let drives = Drives::new(&character(), std::slice::from_ref(&muscle)).expect("joints are there");
-        let got = drives.parameters(&pose, &[1.0]).expect("a pose of two joints")[0];
-        assert!(got.shapes.pairs().iter().all(|(_, w)| *w <= 1.0), "{got:?}");
+        let drives = Drives::new(&character(), &[muscle]).expect("joints are there");
+        for time in (0..200).map(|i| i as f32 / 200.0) {
+            let got = drives.parameters(&Pose { time, ..rest() }, &[1.0]).expect("a pose of two joints")[0];
+            assert!(got.shapes.pairs().iter().all(|(_, w)| *w <= 1.0), "{got:?}");
+        }
     }
 }
 
