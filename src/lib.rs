@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod clip;
+pub mod dynamics;
 pub mod error;
 pub mod field;
 #[cfg(feature = "figures")]

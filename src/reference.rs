@@ -1,8 +1,9 @@
 //! Plays a schedule on the CPU and keeps every intermediate: the judge of the GPU, and what runs without one.
 
 use crate::{
+    dynamics::{Bodies, DynamicsParams, Simulation, Skins},
     error::PoseError,
-    field::muscle::{AxisPoint, MuscleFrame},
+    field::muscle::{AxisPoint, MuscleFrame, axis::half},
     normals::{self, Fans},
     rig::{FrameInputs, Pose, Rig},
     schedule::{self, Counts, FrameOptions, KernelId, Positions, Step},
@@ -11,6 +12,7 @@ use crate::{
     wrap::{self, ShapeInput},
 };
 use glam::Vec4;
+use std::sync::Arc;
 
 /// Everything one frame produced, stage by stage.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +40,21 @@ impl Trace {
     }
 }
 
+/// What one character's frames hand on to the next one. A clone is a checkpoint.
+#[derive(Clone, Debug, Default)]
+pub struct Motion {
+    /// Muscles in motion; none where they have no dynamics.
+    pub simulation: Option<Simulation>,
+}
+
+impl Motion {
+    /// The start of a motion of these options.
+    pub fn new(rig: &Rig, options: &FrameOptions) -> Motion {
+        let moving = counts(rig).dynamics(options);
+        Motion { simulation: moving.map(|_| Simulation::new(Arc::new(Bodies::new(rig)))) }
+    }
+}
+
 /// The CPU side of one character.
 #[derive(Clone, Copy, Debug)]
 pub struct Reference<'a> {
@@ -50,13 +67,27 @@ impl<'a> Reference<'a> {
         Reference { rig }
     }
 
-    /// Computes one frame.
+    /// Computes one frame by itself. With dynamics, muscles settle in its pose, as in the first frame of a motion.
     ///
     /// # Errors
     /// The pose is another character's or not finite.
     pub fn frame(&self, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
+        let mut motion = Motion::new(self.rig, options);
+        self.next(&mut motion, pose, options)
+    }
+
+    /// Computes the next frame of a motion.
+    ///
+    /// # Errors
+    /// The pose is another character's or not finite; the motion has not changed then.
+    pub fn next(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
         let inputs = FrameInputs::new(self.rig, pose)?;
-        let steps = schedule::frame(&counts(self.rig), options);
+        let counts = counts(self.rig);
+        let turns = match (&mut motion.simulation, counts.dynamics(options)) {
+            (Some(simulation), Some(dynamics)) => simulation.begin(&inputs, pose.time.into(), &dynamics),
+            _ => 0,
+        };
+        let steps = schedule::frame(&counts, options, inputs.joints.len() as u32, turns);
         let mut trace = Trace {
             steps,
             skinned: Vec::new(),
@@ -67,13 +98,23 @@ impl<'a> Reference<'a> {
             normals: Vec::new(),
         };
         for step in trace.steps.clone() {
-            self.play(&step, &inputs, options, &mut trace);
+            self.play(&step, &inputs, options, motion, &mut trace);
+        }
+        if let Some(simulation) = &mut motion.simulation {
+            simulation.axes.clone_from(&trace.axes);
         }
         Ok(trace)
     }
 
     /// Plays one step: reads what earlier steps left in `trace`, and adds its own result.
-    pub fn play(&self, step: &Step, inputs: &FrameInputs, options: &FrameOptions, trace: &mut Trace) {
+    pub fn play(
+        &self,
+        step: &Step,
+        inputs: &FrameInputs,
+        options: &FrameOptions,
+        motion: &mut Motion,
+        trace: &mut Trace,
+    ) {
         let rig = self.rig;
         let skin = SkinInput {
             joints: &inputs.joints,
@@ -94,7 +135,10 @@ impl<'a> Reference<'a> {
             KernelId::MuscleShape => {
                 trace.muscles.resize(rig.muscles.len(), MuscleFrame::default());
                 trace.axes.resize(rig.point_count as usize, AxisPoint::default());
-                let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles };
+                let half = half(rig.muscles.len() as u32, rig.point_count);
+                let iterates = motion.simulation.as_ref().map_or(&[][..], |s| &s.iterates[..half]);
+                let (joints, groups) = (&inputs.joints, &inputs.groups);
+                let input = ShapeInput { joints, groups, inputs: &inputs.muscles, iterates };
                 wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
             KernelId::March => {
@@ -119,6 +163,17 @@ impl<'a> Reference<'a> {
                     Some(Positions::Skinned) | None => &trace.skinned,
                 };
                 normals::from_faces(&fans, positions, &mut trace.normals);
+            }
+            KernelId::JointStep | KernelId::MusclePredict | KernelId::MuscleProject => {
+                if let (Some(simulation), Some(dynamics)) = (&mut motion.simulation, &options.dynamics) {
+                    let joints = inputs.joints.len() as u32;
+                    let params = DynamicsParams::new(&counts(rig), 1, joints, dynamics, step.outer);
+                    match step.kernel {
+                        KernelId::JointStep => simulation.step_joints(step.carries),
+                        KernelId::MusclePredict => simulation.predict(&params, inputs),
+                        _ => simulation.project(&params, Skins::of(rig)),
+                    }
+                }
             }
             KernelId::FieldSample | KernelId::MuscleSample => {}
         }

@@ -33,6 +33,108 @@ impl Default for MarchOptions {
     }
 }
 
+/// How stiffness is understood.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// As compliance: a muscle has a frequency of its own, whatever the substeps and iterations are.
+    #[default]
+    Xpbd,
+    /// As paper A has it: the share k of every error that one projection mends. The look depends on substeps and
+    /// iterations.
+    Pbd,
+}
+
+/// In what order a muscle's constraints are projected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Solver {
+    /// Every second segment, then the others, over-relaxed; then the contacts.
+    #[default]
+    RedBlack,
+    /// All at once, averaged.
+    Jacobi,
+}
+
+/// What muscles collide with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Contacts {
+    /// Bones.
+    pub bones: bool,
+    /// Muscles of the same collision group.
+    pub muscles: bool,
+    /// The skin, from within.
+    pub skin: bool,
+}
+
+impl Contacts {
+    /// Everything.
+    pub const ALL: Contacts = Contacts { bones: true, muscles: true, skin: true };
+    /// Nothing.
+    pub const NONE: Contacts = Contacts { bones: false, muscles: false, skin: false };
+}
+
+/// Settings of the dynamics.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DynamicsOptions {
+    /// How stiffness is understood.
+    pub mode: Mode,
+    /// In what order constraints are projected.
+    pub solver: Solver,
+    /// Iterations over one muscle while the others stand still.
+    pub inner: u32,
+    /// Iterations over all muscles; at least 1.
+    pub outer: u32,
+    /// Passes over the contacts alone that end a substep.
+    pub final_passes: u32,
+    /// What collides.
+    pub contacts: Contacts,
+    /// Substeps per second.
+    pub rate: u32,
+    /// Frequency of a muscle of stiffness .4, hertz: 8 to 24 are useful.
+    pub frequency: f32,
+    /// Share of a velocity relative to the bones that is left after 1/60 s: .9 in paper A.
+    pub retention: f32,
+    /// Coefficient of friction with bones and muscles.
+    pub friction: f32,
+    /// Displacement relative to the bones under which a particle stays where it is in a substep, metres; 0 is off.
+    pub deadband: f32,
+    /// Seconds for which muscles settle in the first pose, before anything moves.
+    pub settle: f32,
+    /// Seconds over which velocities come to their full life after that.
+    pub fade: f32,
+}
+
+impl Default for DynamicsOptions {
+    fn default() -> Self {
+        DynamicsOptions {
+            mode: Mode::Xpbd,
+            solver: Solver::RedBlack,
+            inner: 8,
+            outer: 2,
+            final_passes: 4,
+            contacts: Contacts::ALL,
+            rate: 240,
+            frequency: 12.0,
+            retention: 0.9,
+            friction: 0.3,
+            deadband: 0.0,
+            settle: 0.5,
+            fade: 0.25,
+        }
+    }
+}
+
+impl DynamicsOptions {
+    /// Paper A's own dynamics: raw k, 15 iterations, a time step of 1/60 s (background 4.7).
+    pub fn pbd() -> DynamicsOptions {
+        DynamicsOptions { mode: Mode::Pbd, inner: 15, outer: 1, rate: 60, ..DynamicsOptions::default() }
+    }
+
+    /// Length of a substep, seconds.
+    pub fn seconds(&self) -> f32 {
+        1.0 / self.rate as f32
+    }
+}
+
 /// What one frame is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameOptions {
@@ -40,6 +142,8 @@ pub struct FrameOptions {
     pub skinning: Skinning,
     /// Settings of the march.
     pub march: MarchOptions,
+    /// Muscles in motion; without, their axes are straight.
+    pub dynamics: Option<DynamicsOptions>,
 }
 
 /// A kernel, on whichever side it runs.
@@ -49,6 +153,12 @@ pub enum KernelId {
     SkinLinear,
     /// Dual quaternion skinning.
     SkinDualQuaternion,
+    /// Joints at the end of a substep.
+    JointStep,
+    /// Muscles before anything holds them.
+    MusclePredict,
+    /// Muscles against their springs and contacts.
+    MuscleProject,
     /// Muscle ends, length and width.
     MuscleShape,
     /// Vertices to their rest iso-value.
@@ -81,6 +191,10 @@ pub struct Step {
     pub reads: Option<Positions>,
     /// Positions it writes, where it writes any.
     pub writes: Option<Positions>,
+    /// Which outer iteration it is, of a step of the dynamics.
+    pub outer: u32,
+    /// Whether it carries joints and axes on to the frame, rather than through a substep.
+    pub carries: bool,
 }
 
 /// Sizes of a rig that a schedule depends on.
@@ -96,16 +210,35 @@ pub struct Counts {
     pub groups: u32,
 }
 
-/// The steps of one frame, in order. Steps without work are left out.
-pub fn frame(counts: &Counts, options: &FrameOptions) -> Vec<Step> {
+impl Counts {
+    /// Whether a frame of these options moves muscles.
+    pub fn dynamics(&self, options: &FrameOptions) -> Option<DynamicsOptions> {
+        let fields = options.skinning == Skinning::Implicit && self.groups > 0 && self.muscles > 0;
+        options.dynamics.filter(|_| fields)
+    }
+}
+
+/// The steps of one frame, in order. Steps without work are left out. `turns` are the substeps of the dynamics, and
+/// `joints` the joints of the character.
+pub fn frame(counts: &Counts, options: &FrameOptions, joints: u32, turns: u32) -> Vec<Step> {
     let implicit = options.skinning == Skinning::Implicit && counts.groups > 0;
     let skin = match options.skinning {
         Skinning::DualQuaternion => KernelId::SkinDualQuaternion,
         Skinning::Implicit | Skinning::Linear => KernelId::SkinLinear,
     };
-    let step = |kernel, items, reads, writes| Step { kernel, items, reads, writes };
+    let step = |kernel, items, reads, writes| Step { kernel, items, reads, writes, outer: 0, carries: false };
     let mut steps = vec![step(skin, counts.vertices, None, Some(Positions::Skinned))];
     let mut last = Positions::Skinned;
+    if let Some(dynamics) = counts.dynamics(options) {
+        let joints = step(KernelId::JointStep, joints, None, None);
+        let predict = step(KernelId::MusclePredict, counts.muscles, None, None);
+        let project = step(KernelId::MuscleProject, counts.muscles, None, None);
+        for _ in 0..turns {
+            steps.extend([joints, predict]);
+            steps.extend((0..dynamics.outer).map(|outer| Step { outer, ..project }));
+        }
+        steps.extend([joints, predict].map(|step| Step { carries: true, ..step }));
+    }
     if implicit {
         steps.push(step(KernelId::MuscleShape, counts.muscles, None, None));
         steps.push(step(KernelId::March, counts.vertices, Some(last), Some(Positions::Tracked)));
@@ -122,7 +255,7 @@ mod tests {
 
     fn kernels(vertices: u32, muscles: u32, groups: u32, skinning: Skinning) -> Vec<KernelId> {
         let options = FrameOptions { skinning, ..FrameOptions::default() };
-        frame(&Counts { vertices, muscles, points: 0, groups }, &options).iter().map(|s| s.kernel).collect()
+        frame(&Counts { vertices, muscles, points: 0, groups }, &options, 2, 3).iter().map(|s| s.kernel).collect()
     }
 
     #[test]
@@ -140,7 +273,7 @@ mod tests {
         for skinning in [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion] {
             let options = FrameOptions { skinning, ..FrameOptions::default() };
             let mut written = Vec::new();
-            for step in frame(&Counts { vertices: 5, muscles: 1, points: 30, groups: 1 }, &options) {
+            for step in frame(&Counts { vertices: 5, muscles: 1, points: 30, groups: 1 }, &options, 2, 3) {
                 assert!(step.reads.is_none_or(|r| written.contains(&r)), "{step:?}");
                 written.extend(step.writes);
             }

@@ -1,19 +1,20 @@
 //! A muscle's path from its attachments, and the shape that its length gives it at constant volume.
 //!
-//! The path is the straight segment from origin to insertion. Twin of the kernel `muscle_shape`.
+//! The path is the straight segment from origin to insertion, or where the dynamics have taken the axis. Twin of the
+//! kernel `muscle_shape`.
 
 use crate::{
     field::{
         evaluate::GroupFrame,
         muscle::{
-            self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest,
+            self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest, axis,
             mesh::{self, Detail, Surface},
         },
     },
     math::{transform_point, transform_vector},
     rig::JointFrame,
 };
-use glam::{Mat3, Mat4, Vec4Swizzles};
+use glam::{Mat3, Mat4, Vec4, Vec4Swizzles};
 
 crate::gpu_struct! {
     /// Sizes that a per-muscle kernel needs.
@@ -28,12 +29,12 @@ crate::gpu_struct! {
         pub group_count: u32,
         /// Axis points of all of the character's muscles.
         pub point_count: u32,
+        /// 1 where axes come from the iterates of the dynamics, 0 where they are straight.
+        pub moving: u32,
         /// Unused.
         pub pad_0: u32,
         /// Unused.
         pub pad_1: u32,
-        /// Unused.
-        pub pad_2: u32,
     }
 }
 
@@ -46,6 +47,8 @@ pub struct ShapeInput<'a> {
     pub groups: &'a [GroupFrame],
     /// One per muscle.
     pub inputs: &'a [MuscleInput],
+    /// First half of the iterates of the dynamics ([`axis::half`]); empty where axes are straight.
+    pub iterates: &'a [Vec4],
 }
 
 /// Shapes every muscle of one instance: axis, length, width `w = sqrt(V / (pi l))` (paper A, equation 3), section
@@ -54,19 +57,32 @@ pub struct ShapeInput<'a> {
 /// `muscles` and `shaped` have one entry per muscle, `axes` one per axis point of all of them; everything in them is in
 /// scene space at rest of the muscle's field group, so that the pose's scale does not change its volume.
 pub fn shape(muscles: &[MuscleRest], input: &ShapeInput, shaped: &mut [MuscleFrame], axes: &mut [AxisPoint]) {
-    for ((rest, own), out) in muscles.iter().zip(input.inputs).zip(shaped) {
+    for (index, ((rest, own), out)) in muscles.iter().zip(input.inputs).zip(shaped).enumerate() {
         let first = rest.first_point as usize;
-        *out = shape_one(rest, own, input, &mut axes[first..=first + rest.segments as usize]);
+        *out = shape_one(index, rest, own, input, &mut axes[first..=first + rest.segments as usize]);
     }
 }
 
-fn shape_one(rest: &MuscleRest, own: &MuscleInput, input: &ShapeInput, points: &mut [AxisPoint]) -> MuscleFrame {
+fn shape_one(
+    index: usize,
+    rest: &MuscleRest,
+    own: &MuscleInput,
+    input: &ShapeInput,
+    points: &mut [AxisPoint],
+) -> MuscleFrame {
     let to_rest = &input.groups[rest.group as usize].to_rest;
     let from = &input.joints[rest.origin_joint as usize].matrix;
     let to = &input.joints[rest.insertion_joint as usize].matrix;
     let origin = transform_point(to_rest, transform_point(from, rest.origin.xyz()));
     let insertion = transform_point(to_rest, transform_point(to, rest.insertion.xyz()));
-    muscle::straighten(points, origin, insertion);
+    if input.iterates.is_empty() {
+        muscle::straighten(points, origin, insertion);
+    } else {
+        let moved = &input.iterates[axis::run(index, rest.first_point) + 2..];
+        for (point, moved) in points.iter_mut().zip(moved.iter().step_by(2)) {
+            point.position = transform_point(to_rest, moved.xyz()).extend(0.0);
+        }
+    }
     let origin_normal = transform_vector(to_rest, transform_vector(from, rest.origin_normal.xyz()));
     let insertion_normal = transform_vector(to_rest, transform_vector(to, rest.insertion_normal.xyz()));
     muscle::shape(rest, own, points, origin_normal, insertion_normal)

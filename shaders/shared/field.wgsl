@@ -40,32 +40,13 @@ fn field_detail(limb: f32, muscle: f32) -> vec3<f32> {
     return vec3<f32>(value, (1.0 - FIELD_FILLET) * limb / s, ((1.0 - FIELD_FILLET) * q / s - FIELD_FILLET) * scale * slope);
 }
 
-// Raw distance (w) and its gradient (xyz) of a group's grid at grid coordinates u inside it; the caller checks bounds.
-fn field_grid(grid: GroupGrid, u: vec3<f32>) -> vec4<f32> {
-    let x = min(u32(u.x), grid.size_x - 2u);
-    let y = min(u32(u.y), grid.size_y - 2u);
-    let z = min(u32(u.z), grid.size_z - 2u);
-    let t = u - vec3<f32>(f32(x), f32(y), f32(z));
-    let row = grid.size_x;
-    let slab = grid.size_x * grid.size_y;
-    let at = grid.offset + x + row * y + slab * z;
-    let n00 = nodes[at] + (nodes[at + 1u] - nodes[at]) * t.x;
-    let n10 = nodes[at + row] + (nodes[at + row + 1u] - nodes[at + row]) * t.x;
-    let n01 = nodes[at + slab] + (nodes[at + slab + 1u] - nodes[at + slab]) * t.x;
-    let n11 = nodes[at + slab + row] + (nodes[at + slab + row + 1u] - nodes[at + slab + row]) * t.x;
-    let n0 = n00 + (n10 - n00) * t.y;
-    let n1 = n01 + (n11 - n01) * t.y;
-    return n0 + (n1 - n0) * t.z;
-}
-
 // The field of one group at a posed point, in posed scene space.
 fn field_group(frame: GroupFrame, place: FieldPlace, p_posed: vec3<f32>) -> Sample {
     let p_rest = math_transform_point(frame.to_rest, p_posed);
     var limb = Sample(0.0, vec3<f32>(0.0));
     let u = math_transform_point(frame.grid.rest_to_grid, p_rest);
-    let last = vec3<f32>(f32(frame.grid.size_x - 1u), f32(frame.grid.size_y - 1u), f32(frame.grid.size_z - 1u));
-    if all(u >= vec3<f32>(0.0)) && all(u <= last) {
-        let raw = field_grid(frame.grid, u);
+    if grid_holds(frame.grid, u) {
+        let raw = grid_sample(frame.grid, u);
         let t = field_transfer(raw.w, frame.grid.support_radius);
         limb = Sample(t.x, raw.xyz * t.y);
     }

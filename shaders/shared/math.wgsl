@@ -62,3 +62,15 @@ fn math_smoothstep(x: f32) -> f32 {
     let t = clamp(x, 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
 }
+
+// Cube root of a normal x > 0; 0 for what is smaller.
+fn math_cube_root(x: f32) -> f32 {
+    if x < 1.17549435e-38 {
+        return 0.0;
+    }
+    var root = bitcast<f32>(bitcast<u32>(x) / 3u + 0x2a5137a0u);
+    for (var i = 0u; i < 3u; i++) {
+        root = (2.0 * root + x / (root * root)) * (1.0 / 3.0);
+    }
+    return root;
+}

@@ -13,25 +13,6 @@ struct Projection {
     normal_slope: vec3<f32>,
 }
 
-// Phi and its derivative by s.
-fn muscle_profile(muscle: MuscleFrame, s: f32) -> vec2<f32> {
-    let t = 1.0 - s;
-    var phi = vec2<f32>(0.0);
-    for (var k = 0u; k < muscle.terms; k++) {
-        let byte = muscle.exponents >> (8u * k);
-        let p = byte & 15u;
-        let q = (byte >> 4u) & 15u;
-        let s_below = math_power(s, max(p, 1u) - 1u);
-        let t_below = math_power(t, max(q, 1u) - 1u);
-        let s_power = select(s_below * s, 1.0, p == 0u);
-        let t_power = select(t_below * t, 1.0, q == 0u);
-        let factor = muscle.factors[k];
-        phi.x += factor * s_power * t_power;
-        phi.y += factor * (f32(p) * s_below * t_power - f32(q) * s_power * t_below);
-    }
-    return phi;
-}
-
 // Foot on a segment: from the foot to the point, and the place on the segment's line in metres.
 fn muscle_foot(point: AxisPoint, q: vec3<f32>) -> vec4<f32> {
     let h = q - point.position.xyz;

@@ -31,7 +31,7 @@ fn in_pose(rig: &Rig, pose: &Pose, detail: Detail) -> Result<Vec<f64>, FigureErr
     let inputs = FrameInputs::new(rig, pose)?;
     let mut shaped = vec![MuscleFrame::default(); rig.muscles.len()];
     let mut axes = vec![AxisPoint::default(); rig.point_count as usize];
-    let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles };
+    let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles, iterates: &[] };
     wrap::shape(&rig.muscles, &input, &mut shaped, &mut axes);
     let all: Vec<_> = rig.muscles.iter().zip(&shaped).zip(&inputs.muscles).collect();
     let measured = all.into_par_iter().map(|((rest, muscle), own)| {

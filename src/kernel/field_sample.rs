@@ -1,6 +1,6 @@
 //! The field at given points; twin [`crate::tracking::sample`].
 
-use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     field::{
         GroupGrid,
@@ -20,13 +20,17 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::MATH,
         source::TRANSFER,
         source::NEAREST,
+        source::PROFILE,
         source::MUSCLE,
         source::MUSCLE_FIELD,
+        source::GRID,
         source::FIELD,
     ],
     structs: STRUCTS,
     constants: &[],
     bindings: BINDINGS,
+    workgroup: WORKGROUP,
+    items_per_workgroup: WORKGROUP,
     twin: "tracking::sample",
 };
 

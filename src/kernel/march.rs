@@ -1,6 +1,6 @@
 //! Vertices to their rest iso-value; twin [`crate::tracking::march`].
 
-use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     field::{
         GroupGrid,
@@ -21,8 +21,10 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::MATH,
         source::TRANSFER,
         source::NEAREST,
+        source::PROFILE,
         source::MUSCLE,
         source::MUSCLE_FIELD,
+        source::GRID,
         source::FIELD,
         source::CONTACT,
     ],
@@ -38,6 +40,8 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
     ],
     bindings: BINDINGS,
+    workgroup: WORKGROUP,
+    items_per_workgroup: WORKGROUP,
     twin: "tracking::march",
 };
 

@@ -5,7 +5,10 @@ pub mod dispatch;
 pub mod source;
 
 mod field_sample;
+mod joint_step;
 mod march;
+mod muscle_predict;
+mod muscle_project;
 mod muscle_sample;
 mod muscle_shape;
 mod normals;
@@ -14,7 +17,7 @@ mod skin_linear;
 
 use crate::schedule::KernelId;
 
-/// Threads per workgroup of every kernel.
+/// Threads per workgroup of every kernel with a thread per item.
 pub const WORKGROUP: u32 = 64;
 
 /// How a kernel uses a binding.
@@ -72,6 +75,10 @@ pub struct Kernel {
     pub constants: &'static [source::Constant],
     /// Bindings in slot order.
     pub bindings: &'static [Binding],
+    /// Threads of one workgroup.
+    pub workgroup: u32,
+    /// Items that one workgroup does: as many as it has threads, or one where it shares the work on it.
+    pub items_per_workgroup: u32,
     /// Path of its CPU twin.
     pub twin: &'static str,
 }
@@ -84,9 +91,12 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 7] = [
+pub const KERNELS: [Kernel; 10] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
+    joint_step::KERNEL,
+    muscle_predict::KERNEL,
+    muscle_project::KERNEL,
     muscle_shape::KERNEL,
     march::KERNEL,
     normals::KERNEL,
@@ -99,6 +109,9 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
     match id {
         KernelId::SkinLinear => &skin_linear::KERNEL,
         KernelId::SkinDualQuaternion => &skin_dual_quaternion::KERNEL,
+        KernelId::JointStep => &joint_step::KERNEL,
+        KernelId::MusclePredict => &muscle_predict::KERNEL,
+        KernelId::MuscleProject => &muscle_project::KERNEL,
         KernelId::MuscleShape => &muscle_shape::KERNEL,
         KernelId::March => &march::KERNEL,
         KernelId::Normals => &normals::KERNEL,

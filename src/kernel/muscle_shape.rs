@@ -1,6 +1,6 @@
 //! Muscles at one moment; twin [`crate::wrap::shape`].
 
-use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     field::{
         GroupGrid,
@@ -25,6 +25,8 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("PI", std::f32::consts::PI as f64),
     ],
     bindings: BINDINGS,
+    workgroup: WORKGROUP,
+    items_per_workgroup: WORKGROUP,
     twin: "wrap::shape",
 };
 

@@ -1,6 +1,6 @@
 //! Normals and output vertices; twin [`crate::normals::from_faces`].
 
-use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{normals::NormalParams, schedule::KernelId};
 
 pub(super) const KERNEL: Kernel = Kernel {
@@ -11,6 +11,8 @@ pub(super) const KERNEL: Kernel = Kernel {
     structs: STRUCTS,
     constants: &[],
     bindings: BINDINGS,
+    workgroup: WORKGROUP,
+    items_per_workgroup: WORKGROUP,
     twin: "normals::from_faces",
 };
 

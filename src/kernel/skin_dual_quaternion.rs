@@ -1,6 +1,6 @@
 //! Dual quaternion skinning; twin [`crate::skinning::dual_quaternion`].
 
-use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     rig::{Influence, JointFrame},
     schedule::KernelId,
@@ -15,6 +15,8 @@ pub(super) const KERNEL: Kernel = Kernel {
     structs: STRUCTS,
     constants: &[],
     bindings: BINDINGS,
+    workgroup: WORKGROUP,
+    items_per_workgroup: WORKGROUP,
     twin: "skinning::dual_quaternion",
 };
 

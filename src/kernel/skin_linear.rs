@@ -1,6 +1,6 @@
 //! Linear blend skinning; twin [`crate::skinning::linear`].
 
-use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
+use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     rig::{Influence, JointFrame},
     schedule::KernelId,
@@ -15,6 +15,8 @@ pub(super) const KERNEL: Kernel = Kernel {
     structs: STRUCTS,
     constants: &[],
     bindings: BINDINGS,
+    workgroup: WORKGROUP,
+    items_per_workgroup: WORKGROUP,
     twin: "skinning::linear",
 };
 

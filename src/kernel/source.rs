@@ -1,6 +1,7 @@
 //! A kernel's WGSL, assembled by concatenation, with a map from its lines back to the files they came from.
 
 use super::{Kernel, SharedStruct, WORKGROUP};
+use crate::dynamics;
 use crate::field::{
     compose, evaluate,
     muscle::{self, axis},
@@ -52,7 +53,13 @@ pub const NEAREST: Part = Part {
     text: include_str!("../../shaders/shared/nearest.wgsl"),
     constants: &[("NEAREST_KEY_BITS", muscle::KEY_BITS as f64)],
 };
-/// Projection on a muscle's axis, and its profile.
+/// A muscle's profile.
+pub const PROFILE: Part = Part {
+    file: "shaders/shared/profile.wgsl",
+    text: include_str!("../../shaders/shared/profile.wgsl"),
+    constants: &[],
+};
+/// Projection on a muscle's axis.
 pub const MUSCLE: Part = Part {
     file: "shaders/shared/muscle.wgsl",
     text: include_str!("../../shaders/shared/muscle.wgsl"),
@@ -64,7 +71,38 @@ pub const MUSCLE_FIELD: Part = Part {
     text: include_str!("../../shaders/shared/muscle_field.wgsl"),
     constants: &[],
 };
-/// Grids, composition.
+/// Cached distance fields.
+pub const GRID: Part =
+    Part { file: "shaders/shared/grid.wgsl", text: include_str!("../../shaders/shared/grid.wgsl"), constants: &[] };
+/// Where a muscle stands among the iterates of the dynamics.
+pub const RUN: Part =
+    Part { file: "shaders/shared/run.wgsl", text: include_str!("../../shaders/shared/run.wgsl"), constants: &[] };
+/// Contacts of a particle.
+pub const TOUCH: Part = Part {
+    file: "shaders/shared/touch.wgsl",
+    text: include_str!("../../shaders/shared/touch.wgsl"),
+    constants: &[("TOUCH_NOTHING", f32::MAX as f64)],
+};
+/// A muscle's springs and planes.
+pub const CHAIN: Part = Part {
+    file: "shaders/shared/chain.wgsl",
+    text: include_str!("../../shaders/shared/chain.wgsl"),
+    constants: &[
+        ("CHAIN_JACOBI_SHARE", dynamics::JACOBI_SHARE as f64),
+        ("CHAIN_NO_DIRECTION", dynamics::NO_DIRECTION as f64),
+    ],
+};
+/// What holds one muscle.
+pub const HOLD: Part = Part {
+    file: "shaders/shared/hold.wgsl",
+    text: include_str!("../../shaders/shared/hold.wgsl"),
+    constants: &[
+        ("HOLD_BONES", dynamics::BONES as f64),
+        ("HOLD_MUSCLES", dynamics::MUSCLES as f64),
+        ("HOLD_SKIN", dynamics::SKIN as f64),
+    ],
+};
+/// Composition of fields.
 pub const FIELD: Part = Part {
     file: "shaders/shared/field.wgsl",
     text: include_str!("../../shaders/shared/field.wgsl"),
@@ -84,7 +122,9 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 9] = [DISPATCH, MATH, TRANSFER, AXIS, NEAREST, MUSCLE, MUSCLE_FIELD, FIELD, CONTACT];
+pub const PARTS: [Part; 15] = [
+    DISPATCH, MATH, TRANSFER, AXIS, NEAREST, PROFILE, MUSCLE, MUSCLE_FIELD, GRID, FIELD, CONTACT, RUN, TOUCH, CHAIN, HOLD,
+];
 
 /// An assembled kernel.
 #[derive(Clone, Debug)]

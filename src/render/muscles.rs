@@ -27,7 +27,7 @@ pub fn muscle_meshes(rig: &Rig, pose: &Pose) -> Result<Vec<ColorMesh>, PoseError
     let inputs = FrameInputs::new(rig, pose)?;
     let mut shaped = vec![MuscleFrame::default(); rig.muscles.len()];
     let mut axes = vec![AxisPoint::default(); rig.point_count as usize];
-    let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles };
+    let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles, iterates: &[] };
     wrap::shape(&rig.muscles, &input, &mut shaped, &mut axes);
     let to_posed = |group: u32| pose.palette[rig.grids[group as usize].joint as usize];
     let meshes = rig.muscles.iter().zip(&shaped);

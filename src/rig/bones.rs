@@ -4,7 +4,7 @@ use super::muscle::{BoneShape, BoneSpec};
 use super::nearest::nearest;
 use super::{Character, FrameInputs, Pose, Rig};
 use crate::error::BoneError;
-use crate::field::evaluate::FieldInput;
+use crate::field::{GroupGrid, evaluate::FieldInput};
 use glam::{Vec3, Vec4Swizzles};
 use rayon::prelude::*;
 
@@ -64,6 +64,8 @@ pub struct BoneCollider {
     pub given: bool,
     /// Its shape.
     pub shape: ColliderShape,
+    /// Distance field of a mesh in scene space at rest, metres, among the rig's nodes; without nodes for a capsule.
+    pub grid: GroupGrid,
 }
 
 /// Resolves the shapes that a muscle file gives.
@@ -103,7 +105,7 @@ pub(super) fn given(
                 shape
             }
         };
-        found.push(BoneCollider { joint: joint as u32, given: true, shape });
+        found.push(BoneCollider { joint: joint as u32, given: true, shape, grid: GroupGrid::default() });
     }
     Ok(found)
 }
@@ -159,7 +161,8 @@ pub(super) fn with_capsules(rig: &Rig, mut given: Vec<BoneCollider>, skinned_bon
         let [from, to] = [from, to].map(|p| own.inverse_bind.transform_point3(p));
         let radius = radius * own.inverse_bind.determinant().abs().cbrt();
         let finite = from.is_finite() && to.is_finite() && radius > 0.0 && radius.is_finite();
-        finite.then_some(BoneCollider { joint, given: false, shape: ColliderShape::Capsule { from, to, radius } })
+        let shape = ColliderShape::Capsule { from, to, radius };
+        finite.then_some(BoneCollider { joint, given: false, shape, grid: GroupGrid::default() })
     });
     let found: Vec<BoneCollider> = found.collect();
     given.extend(found);

@@ -11,10 +11,10 @@ use crate::{
     field::{
         GroupGrid,
         evaluate::{self, CONTACT_GAP, GroupSample, NO_GROUP},
-        muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
+        muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest, shape, straighten},
     },
 };
-use glam::{Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
 crate::gpu_struct! {
     /// Where the march takes a vertex.
@@ -82,6 +82,8 @@ pub struct Rig {
     pub bones: Vec<BoneCollider>,
     /// Points of all muscles' axes together.
     pub point_count: u32,
+    /// Where those points are in the rest pose, scene space: straight, until [`Rig::set_axes_rest`].
+    axes_rest: Vec<Vec3>,
     /// One per vertex.
     pub targets: Vec<VertexTarget>,
     /// Triangles around every vertex.
@@ -151,7 +153,9 @@ impl Rig {
             spec_of,
             bones: Vec::new(),
             point_count,
+            axes_rest: Vec::new(),
         };
+        rig.axes_rest = rig.straight_axes();
         rig.aim();
         if options.fields {
             rig.bones = bones::with_capsules(&rig, bones, &options.bones);
@@ -166,12 +170,35 @@ impl Rig {
 
     /// Every muscle in the rest pose with activation 0, and the points of their axes.
     pub fn muscles_at_rest(&self) -> (Vec<MuscleFrame>, Vec<AxisPoint>) {
-        let mut axes = vec![AxisPoint::default(); self.point_count as usize];
-        let shaped = self.muscles.iter().enumerate().map(|(i, rest)| {
+        let point = |p: &Vec3| AxisPoint { position: p.extend(0.0), ..AxisPoint::default() };
+        let mut axes: Vec<AxisPoint> = self.axes_rest.iter().map(point).collect();
+        let inputs = self.rest_inputs();
+        let shaped = self.muscles.iter().zip(&inputs).map(|(rest, input)| {
             let first = rest.first_point as usize;
-            rest.at_rest(&self.rest_input(i), &mut axes[first..=first + rest.segments as usize])
+            let own = &mut axes[first..=first + rest.segments as usize];
+            shape(rest, input, own, rest.origin_normal.xyz(), rest.insertion_normal.xyz())
         });
         (shaped.collect(), axes)
+    }
+
+    /// Takes other positions, metres in scene space, for the points of all muscles' axes in the rest pose, such as those at
+    /// which the muscles come to rest among bones and skin. The skin's targets follow, so that the rest pose stays at rest.
+    ///
+    /// Positions that are not one per point, or not finite, change nothing.
+    pub fn set_axes_rest(&mut self, positions: &[Vec3]) {
+        if positions.len() == self.axes_rest.len() && positions.iter().all(|p| p.is_finite()) {
+            self.axes_rest.copy_from_slice(positions);
+            self.aim();
+        }
+    }
+
+    fn straight_axes(&self) -> Vec<Vec3> {
+        let of = |rest: &MuscleRest| {
+            let mut own = vec![AxisPoint::default(); rest.segments as usize + 1];
+            straighten(&mut own, rest.origin.xyz(), rest.insertion.xyz());
+            own.into_iter().map(|p| p.position.xyz())
+        };
+        self.muscles.iter().flat_map(of).collect()
     }
 
     /// Length of each muscle's straight axis in a pose over its length at rest, the mean over its fibres, in the order of
@@ -194,9 +221,9 @@ impl Rig {
         sums.into_iter().map(|(sum, count)| if count > 0 { sum / count as f32 } else { 1.0 }).collect()
     }
 
-    /// The input of a muscle in its rest shape.
-    fn rest_input(&self, index: usize) -> MuscleInput {
-        muscle::rest_input(&self.specs[self.spec_of[index] as usize])
+    /// The inputs of all muscles in their rest shapes.
+    pub fn rest_inputs(&self) -> Vec<MuscleInput> {
+        self.spec_of.iter().map(|&spec| muscle::rest_input(&self.specs[spec as usize])).collect()
     }
 
     /// Rest iso-values with the muscles in, and which vertices the field can hold (prototypes 3).

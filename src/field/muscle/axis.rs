@@ -38,6 +38,21 @@ pub(crate) const CLEAR_SHARE: f32 = 0.25;
 /// Lengths, in metres or of unit vectors, under which there is no direction.
 pub(crate) const NO_DIRECTION: f32 = 1e-6;
 
+/// Entries of one half of one instance's iterates: what muscles in motion see of one another, and what their axes are
+/// shaped from.
+///
+/// Per muscle two for its box, then two for each point: posed position with the mean radius in `w`, and the section's unit
+/// normal with the square of the ellipse's short semi-axis in `w` (0: round). The box is lowest and highest corner of the
+/// points grown by their radii; `w` are compliance and over-relaxation.
+pub fn half(muscle_count: u32, point_count: u32) -> usize {
+    2 * (muscle_count as usize + point_count as usize)
+}
+
+/// Where a muscle's box stands in a half of the iterates, its points behind it.
+pub fn run(muscle: usize, first_point: u32) -> usize {
+    2 * (muscle + first_point as usize)
+}
+
 /// Fills in everything but the positions of an axis, and returns its length in metres.
 ///
 /// The end normals, of any length and direction, are interpolated spherically by arc length and turned towards the

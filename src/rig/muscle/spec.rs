@@ -207,6 +207,24 @@ impl Default for Drive {
     }
 }
 
+/// What a muscle collides with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Collides {
+    /// Bones.
+    pub bones: bool,
+    /// Muscles of its collision group.
+    pub muscles: bool,
+    /// The skin, from within.
+    pub skin: bool,
+}
+
+impl Default for Collides {
+    /// With everything.
+    fn default() -> Collides {
+        Collides { bones: true, muscles: true, skin: true }
+    }
+}
+
 /// A muscle as its author gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MuscleSpec {
@@ -236,6 +254,8 @@ pub struct MuscleSpec {
     pub tendon: f32,
     /// Muscles of the same name here collide with one another; empty collides with none.
     pub collision_group: String,
+    /// What it collides with, of what the dynamics have on.
+    pub collides: Collides,
     /// What activates it.
     pub drive: Drive,
     /// What is keyed.
@@ -276,6 +296,7 @@ impl MuscleSpec {
             stiffness: Self::STIFFNESS,
             tendon: Self::TENDON,
             collision_group: String::new(),
+            collides: Collides::default(),
             drive: Drive::default(),
             keys: Keys::default(),
         }

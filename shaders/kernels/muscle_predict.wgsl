@@ -1,0 +1,116 @@
+// Where a muscle's particles would be at the end of a substep if nothing held them, their radii, and the muscle's run of
+// the iterates. One thread per muscle of every instance; an instance's first one counts its substeps.
+
+@group(0) @binding(0) var<uniform> params: DynamicsParams;
+@group(0) @binding(1) var<storage, read> bodies: array<MuscleBody>;
+@group(0) @binding(2) var<storage, read> inputs: array<MuscleInput>;
+@group(0) @binding(3) var<storage, read> moved: array<MovedJoint>;
+@group(0) @binding(4) var<storage, read_write> particles: array<Particle>;
+@group(0) @binding(5) var<storage, read_write> iterates: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read_write> clocks: array<StepClock>;
+
+override PI: f32;
+override STRETCH: f32;
+override NOMINAL_STIFFNESS: f32;
+override RATE: f32;
+
+// nominal 2^((k - .4) / .3), from the series of the exponential.
+fn frequency(k: f32, nominal: f32) -> f32 {
+    let x = (k - NOMINAL_STIFFNESS) * RATE;
+    let e = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * (1.0 / 120.0)))));
+    let squared = e * e;
+    return nominal * squared * squared;
+}
+
+// Compliance over the substep squared and the best over-relaxation for it; in pbd mode the paper's k, and 1.
+fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
+    if params.pbd != 0u {
+        return vec2<f32>(input.stiffness, 1.0);
+    }
+    let segments = f32(body.segments);
+    let cycles = frequency(input.stiffness, params.frequency) * params.seconds;
+    let compliance = STRETCH / (4.0 * body.insertion.w * cycles * cycles * segments);
+    if params.jacobi != 0u {
+        return vec2<f32>(compliance, 1.0);
+    }
+    let angle = PI / segments;
+    let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
+    let radius = cosine * 2.0 * body.looseness / (2.0 * body.looseness + compliance);
+    return vec2<f32>(compliance, 2.0 / (1.0 + sqrt(max(1.0 - radius * radius, 0.0))));
+}
+
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let index = dispatch_index(group, workgroups, local);
+    if index >= params.muscle_count * params.instance_count {
+        return;
+    }
+    let instance = index / params.muscle_count;
+    let body = bodies[index - instance * params.muscle_count];
+    if index == instance * params.muscle_count {
+        clocks[instance].turn = min(clocks[instance].turn + 1u, clocks[instance].turns);
+    }
+    let joint = instance * params.joint_count;
+    if moved[joint + body.origin_joint].runs == 0u {
+        return;
+    }
+    let input = inputs[index];
+    let first = instance * params.point_count + body.first_point;
+    let out = dynamics_run(instance, index - instance * params.muscle_count, body.first_point, 0u);
+    let last = body.segments;
+    var length = 0.0;
+    for (var i = 0u; i < last; i++) {
+        let span = particles[first + i + 1u].position.xyz - particles[first + i].position.xyz;
+        length += sqrt(math_dot(span, span));
+    }
+    let driver_matrix = moved[joint + body.driver].matrix;
+    let retention = moved[joint + body.driver].retention;
+    let carries = moved[joint + body.driver].carries != 0u;
+    let scale = max(moved[joint + body.driver].scale, 1e-6);
+    let width = input.width * sqrt(body.origin.w / (PI * max(length / scale, 1e-5))) * scale;
+    let short_squared = sqrt(1.0 - input.eccentricity * input.eccentricity);
+    let from_carry = moved[joint + body.origin_joint].carry;
+    let to_carry = moved[joint + body.insertion_joint].carry;
+    var lowest = vec3<f32>(3.4e38);
+    var highest = vec3<f32>(-3.4e38);
+    for (var i = 0u; i <= last; i++) {
+        var particle = particles[first + i];
+        let share = f32(i) / f32(last);
+        let x = particle.position.xyz;
+        let displaced = math_transform_point(from_carry, x) * (1.0 - share) + math_transform_point(to_carry, x) * share;
+        let carried = x + displaced;
+        var place = carried;
+        if i == 0u {
+            place = math_transform_point(moved[joint + body.origin_joint].matrix, body.origin.xyz);
+        } else if i == last {
+            place = math_transform_point(moved[joint + body.insertion_joint].matrix, body.insertion.xyz);
+        } else if !carries {
+            place = carried + (particle.velocity.xyz * params.seconds - displaced) * retention;
+        }
+        let radius = width * profile_at(input.factors, input.exponents, input.terms, share).x;
+        particle.position.w = radius;
+        var section = math_transform_vector(driver_matrix, particle.section.xyz);
+        let size = sqrt(math_dot(section, section));
+        var ellipse = 0.0;
+        if size > 0.0 {
+            section = section / size;
+            ellipse = short_squared;
+        }
+        iterates[out + 2u + 2u * i] = vec4<f32>(place, radius);
+        iterates[out + 3u + 2u * i] = vec4<f32>(section, ellipse);
+        lowest = min(lowest, place - radius);
+        highest = max(highest, place + radius);
+        if !carries {
+            particle.spring = vec4<f32>(0.0, 0.0, 0.0, particle.spring.w);
+            particle.pushes = vec4<f32>(0.0, 0.0, 0.0, particle.pushes.w);
+        }
+        particles[first + i] = particle;
+    }
+    let stiffness = stiffness_of(body, input);
+    iterates[out] = vec4<f32>(lowest, stiffness.x);
+    iterates[out + 1u] = vec4<f32>(highest, stiffness.y);
+}

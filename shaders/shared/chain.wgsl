@@ -1,0 +1,101 @@
+// A muscle's chain in workgroup memory: springs along the axis, and planes that its particles may not pass.
+
+override CHAIN_JACOBI_SHARE: f32;
+override CHAIN_NO_DIRECTION: f32;
+
+// The chain: position and mobility of a point; multiplier and rest length, gain and compliance of the segment that begins
+// there; how much the segment changes in an averaged iteration.
+var<workgroup> at: array<vec4<f32>, 64>;
+var<workgroup> pull: array<vec4<f32>, 64>;
+var<workgroup> gains: array<vec2<f32>, 64>;
+var<workgroup> changes: array<vec4<f32>, 64>;
+
+// Planes of one particle and their multipliers: muscle, bone, skin.
+struct Held {
+    planes: array<vec4<f32>, 3>,
+    pushes: vec3<f32>,
+    radius: f32,
+    clear: f32,
+    share: f32,
+}
+
+// How much a segment's multiplier changes.
+fn chain_change(j: u32) -> vec3<f32> {
+    let span = at[j + 1u].xyz - at[j].xyz;
+    let length = sqrt(math_dot(span, span));
+    if length < CHAIN_NO_DIRECTION {
+        return vec3<f32>(0.0);
+    }
+    let error = span * (1.0 - pull[j].w / length);
+    return (error + pull[j].xyz * gains[j].y) * gains[j].x;
+}
+
+fn chain_project(j: u32) {
+    let change = chain_change(j);
+    pull[j] = vec4<f32>(pull[j].xyz - change, pull[j].w);
+    at[j] = vec4<f32>(at[j].xyz + change * at[j].w, at[j].w);
+    at[j + 1u] = vec4<f32>(at[j + 1u].xyz - change * at[j + 1u].w, at[j + 1u].w);
+}
+
+// Segments that change together, and how much each particle's two change it.
+fn chain_average(i: u32, segments: u32) {
+    changes[i] = vec4<f32>(0.0);
+    if i < segments {
+        changes[i] = vec4<f32>(chain_change(i) * CHAIN_JACOBI_SHARE, 0.0);
+    }
+}
+
+fn chain_apply(i: u32) {
+    let after = changes[i].xyz;
+    var before = vec3<f32>(0.0);
+    if i > 0u {
+        before = changes[i - 1u].xyz;
+    }
+    pull[i] = vec4<f32>(pull[i].xyz - after, pull[i].w);
+    at[i] = vec4<f32>(at[i].xyz + (after - before) * at[i].w, at[i].w);
+}
+
+// Projects a particle on its planes, one after the other. A plane takes back what it pushed too far, and never pulls.
+fn chain_hold(held: ptr<function, Held>, i: u32) {
+    var p = at[i];
+    for (var kind = 0u; kind < 3u; kind++) {
+        let plane = (*held).planes[kind];
+        let depth = plane.w - math_dot(plane.xyz, p.xyz);
+        let push = max((*held).pushes[kind] + depth / p.w, 0.0);
+        p = vec4<f32>(p.xyz + plane.xyz * ((push - (*held).pushes[kind]) * p.w), p.w);
+        (*held).pushes[kind] = push;
+    }
+    at[i] = p;
+}
+
+// All planes of a particle from the same state, averaged.
+fn chain_hold_averaged(held: ptr<function, Held>, i: u32) {
+    let p = at[i];
+    var pushes = (*held).pushes;
+    var count = 0.0;
+    for (var kind = 0u; kind < 3u; kind++) {
+        let plane = (*held).planes[kind];
+        let depth = plane.w - math_dot(plane.xyz, p.xyz);
+        let next = max(pushes[kind] + depth / p.w, 0.0);
+        count += select(0.0, 1.0, next != pushes[kind]);
+        pushes[kind] = next;
+    }
+    if count == 0.0 {
+        return;
+    }
+    var moved_by = vec3<f32>(0.0);
+    for (var kind = 0u; kind < 3u; kind++) {
+        let change = (pushes[kind] - (*held).pushes[kind]) / count;
+        moved_by += (*held).planes[kind].xyz * (change * p.w);
+        (*held).pushes[kind] += change;
+    }
+    at[i] = vec4<f32>(p.xyz + moved_by, p.w);
+}
+
+// Pushes a particle out of a contact by its depth.
+fn chain_push(held: ptr<function, Held>, i: u32, kind: u32, normal: vec3<f32>, depth: f32) {
+    if depth > 0.0 {
+        at[i] = vec4<f32>(at[i].xyz + normal * depth, at[i].w);
+        (*held).pushes[kind] += depth / at[i].w;
+    }
+}

@@ -1,0 +1,155 @@
+//! What a particle touches: other muscles, bones, the skin from within.
+
+use super::{BoneRest, Link, MovedJoint, MuscleBody, chain::plane};
+use crate::{
+    field::{GroupGrid, grid, muscle::axis::run},
+    math::{transform_point, transpose_vector},
+};
+use glam::{Vec3, Vec4, Vec4Swizzles};
+
+/// What all muscles of one instance are surrounded by.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// All muscles of the character.
+    pub muscles: &'a [MuscleBody],
+    /// Its bones.
+    pub bones: &'a [BoneRest],
+    /// Who can touch whom.
+    pub links: &'a [Link],
+    /// Its joints at the end of the substep.
+    pub moved: &'a [MovedJoint],
+    /// Cached fields of its groups.
+    pub grids: &'a [GroupGrid],
+    /// Grid nodes of groups and bones.
+    pub nodes: &'a [Vec4],
+    /// Half of the iterates that is read: all muscles as the last dispatch left them.
+    pub iterates: &'a [Vec4],
+}
+
+/// A contact: the unit normal that leads out of it, and the distance by which it is kept, metres; less than 0 where it is
+/// not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Contact {
+    pub normal: Vec3,
+    pub distance: f32,
+}
+
+impl Contact {
+    /// Nothing is near.
+    pub const NONE: Contact = Contact { normal: Vec3::ZERO, distance: f32::MAX };
+
+    /// As a plane about the particle's place.
+    pub fn plane(&self, place: Vec3) -> Vec4 {
+        if self.distance == f32::MAX { Vec4::ZERO } else { plane(place, self.normal, self.distance) }
+    }
+}
+
+/// The point of a segment that is nearest to `p`.
+pub(super) fn nearest_on_segment(from: Vec3, to: Vec3, p: Vec3) -> Vec3 {
+    let span = to - from;
+    let share = ((p - from).dot(span) / span.length_squared().max(1e-12)).clamp(0.0, 1.0);
+    from + span * share
+}
+
+impl Surroundings<'_> {
+    /// The bone that a particle is deepest in, or nearest to.
+    ///
+    /// The particle is a sphere of `radius`; in a tendon only the share `clear` of it counts, and the rest of the way the
+    /// depth at which the bone holds the muscle's end, on the side of it that `share` says.
+    pub(super) fn bone(&self, link: &Link, p: Vec3, radius: f32, clear: f32, share: f32) -> Contact {
+        let bone = &self.bones[link.index as usize];
+        let joint = &self.moved[bone.joint as usize];
+        let held = if share < 0.5 { link.origin_depth } else { link.insertion_depth };
+        let wanted = radius * clear + held * joint.scale * (1.0 - clear);
+        if bone.grid.size_x == 0 {
+            let from = transform_point(&joint.matrix, bone.start.xyz());
+            let to = transform_point(&joint.matrix, bone.end.xyz());
+            let away = p - nearest_on_segment(from, to, p);
+            let distance = away.length();
+            let reach = bone.start.w * joint.scale + wanted;
+            return Contact { normal: away / distance.max(1e-9), distance: distance - reach };
+        }
+        match grid::sample(&bone.grid, self.nodes, transform_point(&joint.to_rest, p)) {
+            None => Contact::NONE,
+            Some((distance, gradient)) => {
+                let outward = transpose_vector(&joint.to_rest, gradient);
+                let slope = outward.length().max(1e-9);
+                Contact { normal: outward / slope, distance: distance / slope - wanted }
+            }
+        }
+    }
+
+    /// The skin around a particle, from within: of all groups' surfaces that hold the muscle, the one that it is deepest
+    /// inside of. Beyond all of them it is drawn to `refuge`.
+    pub(super) fn skin(&self, links: &[Link], p: Vec3, refuge: Vec3) -> Contact {
+        let mut deepest = Contact { normal: Vec3::ZERO, distance: -f32::MAX };
+        for link in links {
+            let grid = &self.grids[link.index as usize];
+            let joint = &self.moved[grid.joint as usize];
+            let Some((raw, gradient)) = grid::sample(grid, self.nodes, transform_point(&joint.to_rest, p)) else {
+                continue;
+            };
+            let outward = transpose_vector(&joint.to_rest, gradient);
+            let slope = outward.length().max(1e-6);
+            if -raw / slope > deepest.distance {
+                deepest = Contact { normal: -outward / slope, distance: -raw / slope };
+            }
+        }
+        if deepest.distance > -f32::MAX {
+            return deepest;
+        }
+        let way = refuge - p;
+        let distance = way.length();
+        if distance > 1e-9 { Contact { normal: way / distance, distance: -distance } } else { Contact::NONE }
+    }
+
+    /// A sphere against another muscle's own field `f_M`, with its radii straight from point to point; nothing beyond that
+    /// muscle's box.
+    pub(super) fn muscle(&self, link: &Link, p: Vec3, radius: f32) -> Contact {
+        let other = &self.muscles[link.index as usize];
+        let first = run(link.index as usize, other.first_point);
+        let (lowest, highest) = (self.iterates[first].xyz(), self.iterates[first + 1].xyz());
+        if (p + radius).cmplt(lowest).any() || (p - radius).cmpgt(highest).any() {
+            return Contact::NONE;
+        }
+        self.axis(&self.iterates[first + 2..], other.segments as usize, p, radius)
+    }
+
+    /// One muscle's axis, two entries a point.
+    fn axis(&self, points: &[Vec4], segments: usize, p: Vec3, radius: f32) -> Contact {
+        let (mut nearest, mut least, mut at) = (0, f32::MAX, 0.0);
+        for j in 0..segments {
+            let start = points[2 * j].xyz();
+            let span = points[2 * j + 2].xyz() - start;
+            let share = ((p - start).dot(span) / span.length_squared().max(1e-12)).clamp(0.0, 1.0);
+            let away = p - (start + span * share);
+            let squared = away.length_squared();
+            if squared < least {
+                (nearest, least, at) = (j, squared, share);
+            }
+        }
+        let (start, end) = (points[2 * nearest], points[2 * nearest + 2]);
+        let span = end.xyz() - start.xyz();
+        let away = p - (start.xyz() + span * at);
+        let distance = away.length();
+        if distance < 1e-9 {
+            return Contact::NONE;
+        }
+        let outward = away / distance;
+        let own = start.w + (end.w - start.w) * at;
+        let (n0, n1) = (points[2 * nearest + 1], points[2 * nearest + 3]);
+        let cosine = outward.dot(n0.xyz() * (1.0 - at) + n1.xyz() * at);
+        let polar = if n0.w > 0.0 {
+            let squared = (cosine * cosine).min(1.0);
+            1.0 / (n0.w * squared + (1.0 - squared) / n0.w).sqrt()
+        } else {
+            1.0
+        };
+        // Where the muscle grows thicker, its surface leans.
+        let lean = span * ((end.w - start.w) * polar / span.length_squared().max(1e-12));
+        let lean = if at > 0.0 && at < 1.0 { lean } else { Vec3::ZERO };
+        let gradient = outward - lean;
+        let slope = gradient.length().max(1e-6);
+        Contact { normal: gradient / slope, distance: (distance - own * polar - radius) / slope }
+    }
+}

@@ -1,0 +1,125 @@
+//! Where a muscle's particles would be at the end of a substep if nothing held them. Twin of the kernel `muscle_predict`.
+
+use super::{DynamicsParams, MovedJoint, MuscleBody, Particle};
+use crate::{
+    field::muscle::{AxisPoint, MuscleInput, Profile, profile},
+    math::{transform_point, transform_vector},
+};
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use std::f32::consts::PI;
+
+/// Share of a segment's rest length by which the axis is stretched at rest: that of its tension in the formula of a
+/// string's frequency (prototypes 1).
+pub(crate) const STRETCH: f32 = 0.98;
+/// Stiffness k at which the frequency is the nominal one, and the step of k that doubles it: .1 is loose, .7 very tense
+/// (paper A, section 6.2), so they are a half and twice the nominal one.
+pub(crate) const NOMINAL_STIFFNESS: f32 = 0.4;
+/// See [`NOMINAL_STIFFNESS`]; the exponential is squared twice.
+pub(crate) const RATE: f32 = std::f32::consts::LN_2 / (4.0 * 0.3);
+/// Stiffness of a tendon per iteration, at most: the paper's k is a share.
+pub(crate) const MOST_STIFFNESS: f32 = 1.0;
+
+/// Frequency of a muscle of stiffness `k`, where one of .4 has `nominal`, hertz: `nominal 2^((k - .4) / .3)`, from the
+/// series of the exponential, so that kernels have the same.
+pub fn frequency(k: f32, nominal: f32) -> f32 {
+    // Squared twice, so that the argument is within .35 of 0.
+    let x = (k - NOMINAL_STIFFNESS) * RATE;
+    let e = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * (1.0 / 120.0)))));
+    let squared = e * e;
+    nominal * squared * squared
+}
+
+/// Predicts one muscle's particles, renews their radii, and writes its run of the iterates: see [`axis::half`](crate::field::muscle::axis::half).
+///
+/// `moved` are the instance's joints; `axis` the muscle's as last shaped, zero before, `own` and `iterates` the muscle's. Where the joints carry, particles and their
+/// velocities stay as they are.
+pub fn predict(
+    params: &DynamicsParams,
+    muscle: &MuscleBody,
+    input: &MuscleInput,
+    moved: &[MovedJoint],
+    axis: &[AxisPoint],
+    own: &mut [Particle],
+    iterates: &mut [Vec4],
+) {
+    let (from, to) = (&moved[muscle.origin_joint as usize], &moved[muscle.insertion_joint as usize]);
+    if from.runs == 0 {
+        return;
+    }
+    let driver = &moved[muscle.driver as usize];
+    let last = muscle.segments as usize;
+    let mut length = 0.0;
+    for i in 0..last {
+        let span = own[i + 1].position.xyz() - own[i].position.xyz();
+        length += span.length();
+    }
+    // In the group's space at rest, where the volume is kept (paper A, equation 3).
+    let scale = driver.scale.max(1e-6);
+    let width = input.width * (muscle.origin.w / (PI * (length / scale).max(1e-5))).sqrt() * scale;
+    let shape = Profile { factors: input.factors, exponents: input.exponents, terms: input.terms };
+    let (short_squared, _) = profile::ellipse_squared(input.eccentricity);
+    let (mut lowest, mut highest) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for i in 0..=last {
+        let share = i as f32 / last as f32;
+        let x = own[i].position.xyz();
+        let displaced = transform_point(&from.carry, x) * (1.0 - share) + transform_point(&to.carry, x) * share;
+        let carried = x + displaced;
+        let place = if i == 0 {
+            transform_point(&from.matrix, muscle.origin.xyz())
+        } else if i == last {
+            transform_point(&to.matrix, muscle.insertion.xyz())
+        } else if driver.carries != 0 {
+            carried
+        } else {
+            let relative = own[i].velocity.xyz() * params.seconds - displaced;
+            carried + relative * driver.retention
+        };
+        let radius = width * shape.at(share).0;
+        own[i].position.w = radius;
+        let section = transform_vector(&driver.matrix, axis[i].normal.xyz());
+        let size = section.length();
+        let (section, round) = if size > 0.0 { (section / size, short_squared) } else { (Vec3::ZERO, 0.0) };
+        iterates[2 + 2 * i] = place.extend(radius);
+        iterates[3 + 2 * i] = section.extend(round);
+        lowest = lowest.min(place - radius);
+        highest = highest.max(place + radius);
+        if driver.carries == 0 {
+            own[i].spring = Vec3::ZERO.extend(own[i].spring.w);
+            own[i].pushes = Vec4::ZERO;
+        }
+    }
+    let (compliance, relaxation) = stiffness(params, muscle, input);
+    iterates[0] = lowest.extend(compliance);
+    iterates[1] = highest.extend(relaxation);
+}
+
+/// Compliance over the substep squared, 1/kg, and the best over-relaxation for it; in `pbd` mode the paper's k, and 1.
+fn stiffness(params: &DynamicsParams, muscle: &MuscleBody, input: &MuscleInput) -> (f32, f32) {
+    if params.pbd != 0 {
+        return (input.stiffness, 1.0);
+    }
+    let segments = muscle.segments as f32;
+    let cycles = frequency(input.stiffness, params.frequency) * params.seconds;
+    let compliance = STRETCH / (4.0 * muscle.insertion.w * cycles * cycles * segments);
+    if params.jacobi != 0 {
+        return (compliance, 1.0);
+    }
+    // Young's best factor for matrices of two colours.
+    let angle = PI / segments;
+    let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
+    let radius = cosine * 2.0 * muscle.looseness / (2.0 * muscle.looseness + compliance);
+    (compliance, 2.0 / (1.0 + (1.0 - radius * radius).max(0.0).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stiffness_doubles_the_frequency_every_third() {
+        for (k, f) in [(0.4f32, 12.0f32), (0.7, 24.0), (0.1, 6.0), (1.0, 48.0), (0.0, 12.0 / 2f32.powf(4.0 / 3.0))] {
+            assert!((frequency(k, 12.0) / f - 1.0).abs() < 1e-3, "{k}: {} {f}", frequency(k, 12.0));
+        }
+        assert!((frequency(0.5, 12.0) / 24.0 - 1.0).abs() > 0.1, "another stiffness has another one");
+    }
+}

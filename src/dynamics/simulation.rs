@@ -1,0 +1,188 @@
+//! The dynamics of one instance on the CPU.
+
+use super::{
+    Bodies, Clock, DynamicsParams, MovedJoint, Particle, clock::Turn, contact::Surroundings, joints, predict, project,
+};
+use crate::{
+    field::{
+        GroupGrid,
+        muscle::{
+            AxisPoint,
+            axis::{half, run},
+        },
+    },
+    rig::{FrameInputs, JointFrame, Rig},
+    schedule::{Counts, DynamicsOptions},
+};
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// The cached fields of a character's groups and bones.
+#[derive(Clone, Copy, Debug)]
+pub struct Skins<'a> {
+    /// Per group.
+    pub grids: &'a [GroupGrid],
+    /// Nodes of all grids.
+    pub nodes: &'a [Vec4],
+}
+
+impl<'a> Skins<'a> {
+    /// Those of a rig.
+    pub fn of(rig: &'a Rig) -> Skins<'a> {
+        Skins { grids: &rig.grids, nodes: &rig.nodes }
+    }
+}
+
+/// One instance's muscles in motion. A clone is a checkpoint: what follows it is the same to the bit.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// The bodies that move.
+    pub bodies: Arc<Bodies>,
+    /// When its joints were last where.
+    pub clock: Clock,
+    /// Points of all muscles, posed scene space.
+    pub particles: Vec<Particle>,
+    /// Two halves of iterates ([`half`]).
+    pub iterates: Vec<Vec4>,
+    /// Axes as last shaped; all zero where the motion has just begun.
+    pub axes: Vec<AxisPoint>,
+    moved: Vec<MovedJoint>,
+    turn: Turn,
+    /// Joints before and after the frame.
+    joints: Vec<JointFrame>,
+}
+
+impl Simulation {
+    /// Nothing has moved yet.
+    pub fn new(bodies: Arc<Bodies>) -> Simulation {
+        let points = bodies.particles_rest.len();
+        let half = half(bodies.muscles.len() as u32, points as u32);
+        Simulation {
+            clock: Clock::default(),
+            particles: bodies.particles_rest.clone(),
+            iterates: vec![Vec4::ZERO; 2 * half],
+            axes: vec![AxisPoint::default(); points],
+            moved: Vec::new(),
+            turn: Turn::default(),
+            joints: Vec::new(),
+            bodies,
+        }
+    }
+
+    /// Forgets the motion: the next frame starts anew, as after a teleport.
+    pub fn reset(&mut self) {
+        self.clock.reset();
+    }
+
+    /// Goes on to a frame at `time`, seconds: sets the clock, and puts the muscles in place where the motion starts.
+    /// Returns how many substeps the frame has.
+    pub fn begin(&mut self, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) -> u32 {
+        self.turn = self.clock.advance(time, &inputs.joints, options);
+        if self.turn.starts {
+            self.particles = self.bodies.particles(&inputs.joints);
+            self.axes.fill(AxisPoint::default());
+        }
+        self.joints.clear();
+        self.joints.extend(&self.turn.joints_before);
+        self.joints.extend(&inputs.joints);
+        self.moved.resize(inputs.joints.len(), MovedJoint::default());
+        self.turn.clock.turns
+    }
+
+    /// Moves the joints on by a substep, or to the frame.
+    pub fn step_joints(&mut self, carries: bool) {
+        joints::step(&self.turn.clock, carries, &self.joints, &mut self.moved);
+    }
+
+    /// Predicts all muscles, and counts the substep.
+    pub fn predict(&mut self, params: &DynamicsParams, inputs: &FrameInputs) {
+        let (first, _) = self.iterates.split_at_mut(params.half());
+        let (moved, axes, muscles) = (&self.moved, &self.axes, &self.bodies.muscles);
+        runs(&self.bodies, &mut self.particles, first).for_each(|(index, own, out)| {
+            let axis = &axes[muscles[index].first_point as usize..][..own.len()];
+            predict::predict(params, &muscles[index], &inputs.muscles[index], moved, axis, own, out);
+        });
+        self.turn.clock.turn = (self.turn.clock.turn + 1).min(self.turn.clock.turns);
+    }
+
+    /// One outer iteration of all muscles.
+    pub fn project(&mut self, params: &DynamicsParams, skins: Skins) {
+        let (first, second) = self.iterates.split_at_mut(params.half());
+        let (read, write) = if params.from_half == 0 { (&*first, second) } else { (&*second, first) };
+        let around = Surroundings {
+            muscles: &self.bodies.muscles,
+            bones: &self.bodies.bones,
+            links: &self.bodies.links,
+            moved: &self.moved,
+            grids: skins.grids,
+            nodes: skins.nodes,
+            iterates: read,
+        };
+        runs(&self.bodies, &mut self.particles, write)
+            .for_each(|(index, own, out)| project::project(params, index, &around, own, out));
+    }
+
+    /// Plays all of a frame's substeps.
+    pub fn advance(&mut self, skins: Skins, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) {
+        let counts = Counts {
+            vertices: 0,
+            muscles: self.bodies.muscles.len() as u32,
+            points: self.particles.len() as u32,
+            groups: skins.grids.len() as u32,
+        };
+        let joints = inputs.joints.len() as u32;
+        let turns = self.begin(inputs, time, options);
+        let params: Vec<DynamicsParams> =
+            (0..options.outer).map(|outer| DynamicsParams::new(&counts, 1, joints, options, outer)).collect();
+        for _ in 0..turns {
+            self.step_joints(false);
+            self.predict(&params[0], inputs);
+            for params in &params {
+                self.project(params, skins);
+            }
+        }
+        self.step_joints(true);
+        self.predict(&params[0], inputs);
+    }
+}
+
+/// Lets the muscles of a rig settle in the rest pose, and takes the result for their axes at rest: where they have been
+/// pushed aside before anything moves. The skin's targets follow.
+///
+/// Without this, skin would move in the rest pose.
+pub fn settle(rig: &mut Rig, options: &DynamicsOptions) {
+    let rest = crate::rig::Pose::rest(&rig.character);
+    let Ok(inputs) = FrameInputs::new(rig, &rest) else { return };
+    if rig.muscles.is_empty() {
+        return;
+    }
+    let inputs = FrameInputs { muscles: rig.rest_inputs(), ..inputs };
+    let mut simulation = Simulation::new(Arc::new(Bodies::new(rig)));
+    let options = DynamicsOptions { settle: SETTLE_AT_REST, ..*options };
+    simulation.advance(Skins::of(rig), &inputs, 0.0, &options);
+    let points: Vec<Vec3> = simulation.particles.iter().map(|p| p.position.xyz()).collect();
+    rig.set_axes_rest(&points);
+}
+
+/// Seconds for which muscles settle in the rest pose.
+const SETTLE_AT_REST: f32 = 2.0;
+
+/// Every muscle's particles and its run of iterates.
+fn runs<'a>(
+    bodies: &Bodies,
+    mut particles: &'a mut [Particle],
+    mut iterates: &'a mut [Vec4],
+) -> impl ParallelIterator<Item = (usize, &'a mut [Particle], &'a mut [Vec4])> + use<'a> {
+    let mut runs = Vec::with_capacity(bodies.muscles.len());
+    let whole = iterates.len();
+    for (index, muscle) in bodies.muscles.iter().enumerate() {
+        debug_assert_eq!(run(index, muscle.first_point) + iterates.len(), whole);
+        let points = muscle.segments as usize + 1;
+        let (own, others) = particles.split_at_mut(points);
+        let (out, further) = iterates.split_at_mut(2 + 2 * points);
+        runs.push((index, own, out));
+        (particles, iterates) = (others, further);
+    }
+    runs.into_par_iter()
+}

@@ -1,0 +1,45 @@
+//! Muscles before anything holds them; twin [`crate::dynamics::predict::predict`].
+
+use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
+use crate::{
+    dynamics::{DynamicsParams, MovedJoint, MuscleBody, Particle, StepClock, predict},
+    field::muscle::MuscleInput,
+    schedule::KernelId,
+};
+
+pub(super) const KERNEL: Kernel = Kernel {
+    id: KernelId::MusclePredict,
+    stem: "muscle_predict",
+    source: include_str!("../../shaders/kernels/muscle_predict.wgsl"),
+    parts: &[source::DISPATCH, source::MATH, source::PROFILE, source::RUN],
+    structs: STRUCTS,
+    constants: &[
+        ("PI", std::f32::consts::PI as f64),
+        ("STRETCH", predict::STRETCH as f64),
+        ("NOMINAL_STIFFNESS", predict::NOMINAL_STIFFNESS as f64),
+        ("RATE", predict::RATE as f64),
+    ],
+    bindings: BINDINGS,
+    workgroup: WORKGROUP,
+    items_per_workgroup: WORKGROUP,
+    twin: "dynamics::predict::predict",
+};
+
+const STRUCTS: &[SharedStruct] = &[
+    shared::<DynamicsParams>(),
+    shared::<MuscleBody>(),
+    shared::<MuscleInput>(),
+    shared::<MovedJoint>(),
+    shared::<Particle>(),
+    shared::<StepClock>(),
+];
+
+const BINDINGS: &[Binding] = &[
+    uniform("params"),
+    read("bodies"),
+    read("inputs"),
+    read("moved"),
+    write("particles"),
+    write("iterates"),
+    write("clocks"),
+];
