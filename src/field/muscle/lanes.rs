@@ -121,14 +121,9 @@ fn best_of_block_avx2(input: &UnionInput, block: &mut Block) {
 fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
     for muscle in input.muscles.iter().filter(|m| m.present != 0) {
         let points = muscle.points(input.axes);
-        let (keys, reach) = (nearest(points, block), muscle.reach_squared());
-        // Most muscles are out of all points' reach: counting takes vector instructions, leaving early does not.
-        if keys.iter().map(|key| u32::from(unkeyed(*key).1 <= reach)).sum::<u32>() == 0 {
-            continue;
-        }
-        for (lane, key) in keys.into_iter().enumerate() {
+        for (lane, key) in nearest(points, block).into_iter().enumerate() {
             let (segment, squared) = unkeyed(key);
-            if squared <= reach {
+            if squared <= muscle.reach_squared() {
                 let sample = evaluate_near(muscle, points, block.point(lane), segment);
                 if sample.value > block.best[lane].value {
                     block.best[lane] = sample;
