@@ -31,6 +31,36 @@ fn spread(numbers: Range<usize>) -> impl IndexedParallelIterator<Item = Vec3> {
     numbers.into_par_iter().map(move |i| Vec3::new(radical(i, 2), radical(i, 3), radical(i, 5)))
 }
 
+/// Squared distance of a point from a segment, in f64, and the segment's own squared length.
+fn exact(points: &[AxisPoint], k: usize, q: Vec3) -> (f64, f64) {
+    let (p, end) = (points[k].position.xyz().as_dvec3(), points[k + 1].position.xyz().as_dvec3());
+    let (span, h) = (end - p, q.as_dvec3() - p);
+    let share = (h.dot(span) / span.length_squared().max(1e-30)).clamp(0.0, 1.0);
+    ((h - span * share).length_squared(), span.length_squared())
+}
+
+#[test]
+fn a_key_names_a_segment_as_near_as_the_nearest() {
+    let (mut next_fails, mut seen) = (0, 0);
+    for (_, points) in [muscle(0.0, (3, 3)), arc_muscle(2.6, 29, (3, 3), 0.0), arc_muscle(1.0, 5, (3, 3), 0.0)] {
+        for u in spread(20_000) {
+            // Near the axis, as far as a muscle reaches, and far beyond.
+            let at = points[seen % points.len()].position.xyz();
+            let q = at + (u - 0.5) * [1e-5, 1e-3, 0.02, 0.2, 5.0][seen / 7 % 5];
+            let (k, squared) = nearest(&points, q);
+            let least = (0..points.len() - 1).map(|k| exact(&points, k, q).0).fold(f64::INFINITY, f64::min);
+            let (own, length) = exact(&points, k, q);
+            let tolerance = 1.2e-5 * least + 1e-6 * length;
+            assert!(own <= least + tolerance, "{q}: {own} {least}");
+            assert!((f64::from(squared) - least).abs() <= tolerance, "{q}: {squared} {least}");
+            let (other, _) = exact(&points, if k > 1 { k - 2 } else { k + 2 }, q);
+            next_fails += usize::from(other > least + tolerance);
+            seen += 1;
+        }
+    }
+    assert!(next_fails * 10 > seen * 9, "a segment further on must be told from the nearest: {next_fails} of {seen}");
+}
+
 /// Whether any of the declared kinks lies within `h` of a point: the surface, the axis, the ends, the border of the
 /// support, and the planes at the axis' points where feet come and go.
 fn near_a_kink(m: &MuscleFrame, points: &[AxisPoint], q: Vec3, h: f32) -> bool {
