@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The built-in arm taken apart: its JSON and its binary chunk.
-fn arm() -> (Value, Vec<u8>) {
+pub fn arm() -> (Value, Vec<u8>) {
     let glb = fs::read(asset("arm.glb")).expect("the arm");
     let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().expect("four bytes")) as usize;
     let end = 20 + word(12);
@@ -14,7 +14,7 @@ fn arm() -> (Value, Vec<u8>) {
 }
 
 /// Writes a `.gltf` with its buffer beside it.
-fn write(folder: &Path, mut json: Value, bin: &[u8]) -> PathBuf {
+pub fn write(folder: &Path, mut json: Value, bin: &[u8]) -> PathBuf {
     json["buffers"][0]["uri"] = json!("arm.bin");
     json["buffers"][0]["byteLength"] = json!(bin.len());
     let path = folder.join("arm.gltf");
@@ -154,7 +154,7 @@ fn muscle_files_name_line_and_column() {
     };
     super::printed(&run(good, &["validate"]));
     refused("[[muscle]]", "[[muscle]", "1", &[]);
-    refused("0.02", "\"wide\"", "6:9", &["invalid type"]);
+    refused("0.02", "\"wide\"", "6:9", &["muscle `a`: `width` is the text \"wide\"", "must be a number"]);
     refused("width", "widht", "6:1", &["unknown key `widht`", "did you mean `width`"]);
     refused("bone = \"upper", "bone = \"uper", "3:8", &["muscle `a`", "`uperarm`", "nearest names: upperarm"]);
     refused("bone = \"lower", "bone = \"tail", "5:22", &["insertion bone `tailarm`", "nearest names"]);
@@ -171,9 +171,38 @@ fn muscle_files_name_line_and_column() {
         "7:32",
         &["joint `elbow`", "nearest"],
     );
+    refused("[0, 0.1, 0]", "[0, 0.1, 0, 0]", "4:40", &["the list is too long; three numbers are needed"]);
+    let shapes = "keys = { shape = [[0, 3, 3, 9]] }";
+    refused("alpha = 3", shapes, "7:19", &["the list is too long; three numbers are needed"]);
+    let same = "fibres = { count = 3, origin_line = [[0, 0.1, 0]] }";
+    refused("alpha = 3", same, "7:37", &["fibres 1 and 2 lie on one another"]);
+    refused("alpha = 3", "keys = { width = [[0, 11]] }", "7:23", &["width is 11", "at most 10"]);
+    refused("\"a\"", "\"\\u001b[2Ja\"", "2:8", &["control character U+001B"]);
     refused("alpha = 3", "keys = { activation = [[1, 0], [0, 1]] }", "7:33", &["ascend"]);
     refused("width = 0.02", "width = 20", "6:9", &["beside a character"]);
     refused("alpha = 3", "[[bone]]\nbone = \"tail\"\nmesh = \"m\"", "8:8", &["bone `tail`", "not a joint"]);
+}
+
+#[test]
+fn a_node_beyond_all_measure_ends_the_run_in_order() {
+    // Its vertices' squared distances from the muscles are infinite.
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut json, bin) = arm();
+    for node in 1..json["nodes"].as_array().expect("nodes").len() {
+        let own = json["nodes"][node]["translation"].clone();
+        json["nodes"][node]["translation"] = json!([3e21, 0.0, 0.0]);
+        let input = write(folder.path(), json.clone(), &bin);
+        let out = folder.path().join("out.pc2");
+        let mut bake = sinew();
+        bake.args(["bake", "--device", "cpu", "--clip", "default"]).arg(&input).arg("-o").arg(&out);
+        bake.arg("--muscles").arg(asset("arm.muscles.toml"));
+        super::printed(&bake.output().expect("runs"));
+        assert!(out.is_file());
+        json["nodes"][node]["translation"] = own;
+    }
+    json["nodes"][1]["translation"] = json!([1e39, 0.0, 0.0]);
+    let beyond = write(folder.path(), json, &bin);
+    refused(&beyond, &["--clip", "default"], &["arm.gltf"]);
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The verbs about the muscle file: validate, schema, muscles mirror, muscles copy.
 
+use super::bad_input::{arm, write};
 use super::{asset, names, printed, refusal, sinew};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fs;
 
 #[test]
@@ -12,10 +13,56 @@ fn the_sample_fits_the_arm_and_is_summed_up() {
         printed(&command.output().expect("runs"))
     };
     let text = validate(&[]);
-    assert!(text.contains("3 muscles and 1 bone shapes fit arm") && text.contains("3 fibres"), "{text}");
+    assert!(text.contains("3 muscles and 1 bone shape fit arm") && text.contains("3 fibres"), "{text}");
     let found: Value = serde_json::from_str(&validate(&["--json"])).expect("JSON");
     assert_eq!(found["muscles"][1]["drivers"], serde_json::json!(["length", "angle", "constant"]));
     assert_eq!(found["notes"], serde_json::json!([]));
+}
+
+#[test]
+fn what_comes_to_nothing_is_noted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("m.toml");
+    let text = fs::read_to_string(asset("arm.muscles.toml")).expect("the arm's muscles");
+    // The arm with a clip that keys the width of a muscle of this name, by the times of its first sampler.
+    let keyed = |muscle: &str| {
+        let (mut gltf, bin) = arm();
+        gltf["extensions"] = json!({"SINEW_muscles": {"muscles": [{ "name": muscle }]}});
+        gltf["extensionsUsed"] = json!(["SINEW_muscles", "KHR_animation_pointer"]);
+        let clip = &mut gltf["animations"][0];
+        let times = clip["samplers"][0]["input"].clone();
+        let samplers = clip["samplers"].as_array_mut().expect("samplers");
+        samplers.push(json!({ "input": times, "output": times }));
+        let pointer = json!({"pointer": "/extensions/SINEW_muscles/muscles/0/width"});
+        let target = json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}});
+        let channel = json!({ "sampler": samplers.len() - 1, "target": target });
+        clip["channels"].as_array_mut().expect("channels").push(channel);
+        write(folder.path(), gltf, &bin)
+    };
+    let notes = |muscle: &str, text: &str| {
+        fs::write(&path, text).expect("written");
+        let mut command = sinew();
+        let output = command.arg("validate").arg(keyed(muscle)).arg("--muscles").arg(&path).output().expect("runs");
+        printed(&output);
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let one = |notes: String, words: &[&str]| {
+        assert_eq!(notes.lines().count(), 1, "{notes}");
+        assert!(notes.starts_with("note: ") && words.iter().all(|w| notes.contains(w)), "{words:?}: {notes}");
+    };
+    assert_eq!(notes("biceps", &text), "");
+    let unknown = ["clip `curl` keys muscle `bicesp`, which the muscle file lacks", "nearest names: biceps"];
+    one(notes("bicesp", &text), &unknown);
+    let mut bake = sinew();
+    bake.args(["bake", "--device", "cpu", "--skinning", "linear", "--frames", "0", "-o"]);
+    let output = bake.arg(folder.path().join("out.pc2")).arg(keyed("bicesp")).output().expect("runs");
+    one(String::from_utf8_lossy(&output.stderr).into_owned(), &["keys muscle `bicesp`", "without --muscles FILE"]);
+
+    let other = text.replace("name = \"arm\"", "name = \"leg\"");
+    one(notes("biceps", &other), &["m.toml:19:8: ", "for character `leg`, and this one is `arm`"]);
+    let hand = text.replacen("bone = \"upperarm\"", "bone = \"hand\"", 1);
+    let line = 1 + hand.lines().position(|line| line == "bone = \"hand\"").expect("a changed line");
+    one(notes("biceps", &hand), &[&format!("m.toml:{line}:8: muscle `biceps`: bone `hand`"), "moves none of it"]);
 }
 
 #[test]

@@ -27,8 +27,21 @@ pub fn threads(count: Option<NonZeroUsize>) -> Result<(), Failure> {
 pub fn input(input: &Input) -> Result<(Scene, MuscleFile), Failure> {
     let muscles = input.muscles.as_deref().map(muscle_file::read).transpose().map_err(Failure::input)?;
     let mut scene = sinew::io::gltf::read(&input.file).map_err(Failure::input)?;
-    let muscles = muscles.unwrap_or_default();
+    let keyed: Vec<(&str, &str)> = scene
+        .clips
+        .iter()
+        .flat_map(|clip| clip.muscle_channels.iter().map(|channel| (&clip.name[..], &channel.muscle[..])))
+        .collect();
+    let Some(mut muscles) = muscles else {
+        if let Some((clip, muscle)) = keyed.first() {
+            let note = format!("clip `{clip}` keys muscle `{muscle}`, and there are no muscles without --muscles FILE");
+            scene.notes.push(note);
+        }
+        return Ok((scene, MuscleFile::default()));
+    };
     muscles.check(&scene.character).map_err(Failure::input)?;
+    let notes = [muscles.notes_beside(&scene.character), muscles.notes_on_keyed(keyed)].concat();
+    muscles.notes.extend(notes);
     scene.notes.extend(muscles.notes.iter().cloned());
     Ok((scene, muscles))
 }

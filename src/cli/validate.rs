@@ -73,7 +73,9 @@ fn muscle(spec: &MuscleSpec, character: &Character) -> Muscle {
 
 fn text(found: &Validated) -> String {
     let (count, file, character) = (found.muscles.len(), found.muscle_file.display(), &found.character);
-    let mut text = format!("{file}: {count} muscles and {} bone shapes fit {character}\n", found.bones.len());
+    let some = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+    let (muscles, bones) = (some(count, "muscle"), some(found.bones.len(), "bone shape"));
+    let mut text = format!("{file}: {muscles} and {bones} fit {character}\n");
     for m in &found.muscles {
         let size = match (m.width_metres, m.volume_cubic_metres) {
             (Some(width), _) => format!("radius {:.2} cm", width * 100.0),

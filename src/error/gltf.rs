@@ -5,11 +5,17 @@ use thiserror::Error;
 /// Longest piece of a file's own text that is repeated in a message, in characters.
 const QUOTED: usize = 160;
 
+/// Whether a character is a terminal's command rather than something to be seen: control characters, line ends, and
+/// those that turn the direction of the text after them.
+pub(crate) fn is_unprintable(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{2028}' | '\u{2029}' | '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
+}
+
 /// Text from outside made fit for a one-line message: control characters and line separators become spaces,
 /// and what is longer than a line is cut.
 pub(crate) fn one_line(text: &str) -> String {
-    let breaks = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
-    let mut line: String = text.chars().take(QUOTED).map(|c| if breaks(c) { ' ' } else { c }).collect();
+    let mut line: String = text.chars().take(QUOTED).map(|c| if is_unprintable(c) { ' ' } else { c }).collect();
     if text.chars().nth(QUOTED).is_some() {
         line.push('…');
     }

@@ -15,7 +15,7 @@ pub use device::DeviceError;
 pub use field::{FieldError, HrbfError};
 pub use figure::FigureError;
 pub use gltf::GltfError;
-pub(crate) use gltf::one_line;
+pub(crate) use gltf::{is_unprintable, one_line};
 pub use output::OutputError;
 pub use rig::{BoneError, MuscleError, MuscleFileError, PoseError, RigError};
 pub use setup::SetupError;

@@ -62,6 +62,16 @@ pub enum MuscleError {
         /// The value, its bounds and the remedy.
         what: String,
     },
+    /// A table of a driver that cannot be read.
+    #[error("muscle `{muscle}`: {source}")]
+    Table {
+        /// Name of the muscle.
+        muscle: String,
+        /// Number of the driver, from 0.
+        driver: usize,
+        /// Why, with the table's own line and column.
+        source: TableError,
+    },
 }
 
 impl MuscleError {
@@ -72,6 +82,10 @@ impl MuscleError {
             MuscleError::UnknownBone { muscle, role, .. } => (muscle, format!("{role}.bone")),
             MuscleError::NoField { muscle, .. } => (muscle, "bone".into()),
             MuscleError::Value { muscle, key, .. } => (muscle, key.clone()),
+            MuscleError::Table { muscle, driver, source } => {
+                let key = if matches!(source, TableError::Column { .. }) { "column" } else { "file" };
+                (muscle, format!("drivers[{driver}].table.{key}"))
+            }
         }
     }
 }
@@ -145,9 +159,6 @@ pub enum MuscleFileError {
         /// What is wrong, in one line.
         message: String,
     },
-    /// A driver's table that cannot be read.
-    #[error(transparent)]
-    Table(#[from] TableError),
     /// A change that cannot be made.
     #[error("{}: {message}", path.display())]
     Edit {

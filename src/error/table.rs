@@ -39,12 +39,10 @@ pub enum TableError {
         remedy: &'static str,
     },
     /// A muscle asks for a column that the table does not have.
-    #[error("{file}: muscle `{muscle}` is driven by its column `{column}`, which it has not; nearest names: {nearest}")]
+    #[error("{file}: the table has no column `{column}`; nearest names: {nearest}")]
     Column {
         /// The file.
         file: String,
-        /// The muscle.
-        muscle: String,
         /// The column asked for.
         column: String,
         /// Columns that look like it.

@@ -3,8 +3,9 @@
 use super::plot::{Axis, Corner, Line, LinePlot, PALE, Page, Rect, SERIES};
 use super::{Arm, Drawn, Finding};
 use crate::error::FigureError;
+use crate::field::muscle::bent::{VOLUME, arc};
 use crate::field::muscle::mesh::{Detail, surface};
-use crate::field::muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest, Profile};
+use crate::field::muscle::{AxisPoint, MuscleFrame, Profile};
 use crate::rig::{FrameInputs, Pose, Rig};
 use crate::wrap::{self, ShapeInput};
 use glam::Vec3;
@@ -16,9 +17,7 @@ const PAPER: f64 = 3.0;
 const ENLARGED: f64 = 0.04;
 /// Bends of the single muscles, degrees.
 const BENDS: [u32; 11] = [0, 15, 30, 45, 60, 75, 90, 105, 120, 135, 150];
-/// Length, volume (of a radius of 2 cm) and segments of the single muscles.
-const LENGTH: f32 = 0.25;
-const VOLUME: f32 = std::f32::consts::PI * 0.02 * 0.02 * LENGTH;
+/// Segments of the single muscles.
 const SEGMENTS: u32 = 29;
 
 /// Deviation of a muscle's closed mesh from the volume that it is to have, percent.
@@ -43,26 +42,7 @@ fn in_pose(rig: &Rig, pose: &Pose, detail: Detail) -> Result<Vec<f64>, FigureErr
 
 /// A muscle whose axis is bent evenly, its section normal square to the bend.
 fn bent(degrees: u32, profile: &Profile, eccentricity: f32) -> (MuscleFrame, Vec<AxisPoint>) {
-    let angle = (degrees as f32).to_radians();
-    let point = |i: u32| {
-        let share = i as f32 / SEGMENTS as f32;
-        if degrees == 0 {
-            return Vec3::Y * (LENGTH * share);
-        }
-        let turn = angle * (share - 0.5);
-        Vec3::new(turn.cos() - 1.0, turn.sin(), 0.0) * (LENGTH / angle)
-    };
-    let mut points: Vec<AxisPoint> =
-        (0..=SEGMENTS).map(|i| AxisPoint { position: point(i).extend(0.0), ..AxisPoint::default() }).collect();
-    let rest = MuscleRest {
-        origin: Vec3::ZERO.extend(VOLUME),
-        insertion: Vec3::ZERO.extend(0.03),
-        segments: SEGMENTS,
-        ..MuscleRest::default()
-    };
-    let input = MuscleInput::new(profile, eccentricity);
-    let frame = muscle::shape(&rest, &input, &mut points, Vec3::Z, Vec3::Z);
-    (frame, points)
+    arc((degrees as f32).to_radians(), SEGMENTS, profile, eccentricity, Vec3::Z)
 }
 
 /// The single muscles: name, profile, eccentricity.

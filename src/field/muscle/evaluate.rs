@@ -52,15 +52,12 @@ impl Foot {
     }
 }
 
-/// The segment nearest to a point, of equals the first, and the squared distance to it, rounded down by up to 1e-5 of it.
+/// The segment nearest to a point, of equals the first, and the squared distance to it, as exact as a key holds it.
 #[inline]
 fn nearest(points: &[AxisPoint], q: Vec3) -> (usize, f32) {
     let mut best = FARTHEST;
     for (i, ends) in (0..).zip(points.windows(2)) {
-        let [start, span, scale] = segment(&ends[0], &ends[1]);
-        let h = q - start;
-        let offset = h - span * (h.dot(span) * scale.x).clamp(0.0, 1.0);
-        let key = keyed(offset.dot(offset), i);
+        let key = Segment::new(&ends[0], &ends[1]).key(q.x, q.y, q.z, i);
         best = if key < best { key } else { best };
     }
     unkeyed(best)
@@ -72,23 +69,45 @@ pub const KEY_BITS: u32 = 63;
 /// A key that every other one is nearer than, of the first segment.
 pub(super) const FARTHEST: f32 = f32::from_bits(f32::MAX.to_bits() & !KEY_BITS);
 
-/// A squared distance with a segment's number in its lowest bits, so that the least of them names its segment. It orders
-/// distances that differ by more than 1e-5 of themselves, which moves a foot by less than a distance can be told.
-#[inline(always)]
-pub(super) fn keyed(squared: f32, segment: u32) -> f32 {
-    f32::from_bits(squared.to_bits() & !KEY_BITS | segment)
+/// What the search for the nearest segment needs of one.
+#[derive(Clone, Copy)]
+pub(super) struct Segment {
+    start: Vec3,
+    /// The span over its squared length: the scalar product with it is a share of the segment.
+    slope: Vec3,
+    squared_length: f32,
+}
+
+impl Segment {
+    #[inline(always)]
+    pub(super) fn new(start: &AxisPoint, end: &AxisPoint) -> Segment {
+        let span = end.position.xyz() - start.position.xyz();
+        Segment { start: start.position.xyz(), slope: span * end.position.w, squared_length: span.dot(span) }
+    }
+
+    /// The squared distance of a point with the segment's number in its lowest bits, so that the least key names its
+    /// segment.
+    ///
+    /// With h from the start, t the place of the foot on the line and f on the segment, both as shares of it, the squared
+    /// distance is h^2 + f (f - 2t) l^2. It orders distances that differ by more than 1e-5 of themselves, or near the axis
+    /// by more than 1e-3 of the segment's length, which moves a foot by less than a distance can be told. Rounding may leave
+    /// less than zero on the axis: the sign goes with the lowest bits.
+    #[inline(always)]
+    pub(super) fn key(&self, x: f32, y: f32, z: f32, number: u32) -> f32 {
+        let (hx, hy, hz) = (x - self.start.x, y - self.start.y, z - self.start.z);
+        let line = hx * self.slope.x + hy * self.slope.y + hz * self.slope.z;
+        // Not `clamp`: which looks for NaN, at three instructions a bound.
+        let foot = if line > 0.0 { line } else { 0.0 };
+        let foot = if foot < 1.0 { foot } else { 1.0 };
+        let squared = hx * hx + hy * hy + hz * hz + foot * (foot - (line + line)) * self.squared_length;
+        f32::from_bits(squared.to_bits() & (i32::MAX as u32 & !KEY_BITS) | number)
+    }
 }
 
 /// The segment and the squared distance of a key.
 #[inline(always)]
 pub(super) fn unkeyed(key: f32) -> (usize, f32) {
     ((key.to_bits() & KEY_BITS) as usize, f32::from_bits(key.to_bits() & !KEY_BITS))
-}
-
-/// What the search for the nearest segment reads of it: its start, its span, and one over its squared length.
-#[inline(always)]
-pub(super) fn segment(start: &AxisPoint, end: &AxisPoint) -> [Vec3; 3] {
-    [start.position.xyz(), end.position.xyz() - start.position.xyz(), Vec3::splat(end.position.w)]
 }
 
 /// Projects a point on an axis. In the inner angle between two segments, where the point has a foot inside both, the

@@ -3,7 +3,7 @@
 
 use super::{
     AxisPoint, MuscleFrame,
-    evaluate::{FARTHEST, evaluate_near, keyed, segment, unkeyed},
+    evaluate::{FARTHEST, Segment, evaluate_near, unkeyed},
 };
 use crate::field::Sample;
 use glam::{Vec3, Vec4};
@@ -140,15 +140,9 @@ fn best_of_block_portable(input: &UnionInput, block: &mut Block) {
 fn nearest(points: &[AxisPoint], block: &Block) -> Lanes {
     let mut best = [FARTHEST; LANES];
     for (i, ends) in (0..).zip(points.windows(2)) {
-        let [start, span, scale] = segment(&ends[0], &ends[1]);
+        let segment = Segment::new(&ends[0], &ends[1]);
         for (lane, best) in best.iter_mut().enumerate() {
-            let (hx, hy, hz) = (block.x[lane] - start.x, block.y[lane] - start.y, block.z[lane] - start.z);
-            // Not `clamp`: which looks for NaN, at three instructions a bound.
-            let share = (hx * span.x + hy * span.y + hz * span.z) * scale.x;
-            let share = if share > 0.0 { share } else { 0.0 };
-            let share = if share < 1.0 { share } else { 1.0 };
-            let (ox, oy, oz) = (hx - span.x * share, hy - span.y * share, hz - span.z * share);
-            let key = keyed(ox * ox + oy * oy + oz * oz, i);
+            let key = segment.key(block.x[lane], block.y[lane], block.z[lane], i);
             *best = if key < *best { key } else { *best };
         }
     }

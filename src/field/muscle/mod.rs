@@ -1,6 +1,8 @@
 //! The muscle primitive: a profile swept along a polyline (paper A, sections 5.1 and 5.2, equations 1 to 5).
 
 pub mod axis;
+#[cfg(any(test, feature = "figures"))]
+pub(crate) mod bent;
 mod evaluate;
 mod lanes;
 pub mod mesh;
@@ -233,10 +235,10 @@ impl MuscleRest {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use super::bent::LENGTH;
     use super::*;
 
-    /// Half the distance between the ends of the test muscles' straight axis, and their width, metres.
-    const LENGTH: f32 = 0.25;
+    /// The muscles' width at their own length, metres.
     const WIDTH: f32 = 0.02;
 
     /// A straight muscle in a skew direction.
@@ -255,17 +257,8 @@ pub(crate) mod tests {
         exponents: profile::Exponents,
         eccentricity: f32,
     ) -> (MuscleFrame, Vec<AxisPoint>) {
-        let share = |i: u32| i as f32 / segments as f32;
-        let point = |i: u32| {
-            if angle < 1e-3 {
-                return Vec3::new(0.0, LENGTH * share(i), 0.0);
-            }
-            let radius = LENGTH / angle;
-            let turn = angle * (share(i) - 0.5);
-            Vec3::new(radius * turn.cos() - radius, radius * turn.sin(), 0.0)
-        };
         let normal = if eccentricity < 0.0 { Vec3::X } else { Vec3::Z };
-        along(&(0..=segments).map(point).collect::<Vec<_>>(), exponents, eccentricity.abs(), normal)
+        bent::arc(angle, segments, &Profile::of(exponents.0, exponents.1), eccentricity.abs(), normal)
     }
 
     /// A muscle along given positions.
@@ -275,18 +268,7 @@ pub(crate) mod tests {
         eccentricity: f32,
         normal: Vec3,
     ) -> (MuscleFrame, Vec<AxisPoint>) {
-        let mut points: Vec<AxisPoint> =
-            positions.iter().map(|p| AxisPoint { position: p.extend(0.0), ..AxisPoint::default() }).collect();
-        let volume = std::f32::consts::PI * WIDTH * WIDTH * LENGTH;
-        let rest = MuscleRest {
-            origin: Vec3::ZERO.extend(volume),
-            insertion: Vec3::ZERO.extend(0.03),
-            segments: points.len() as u32 - 1,
-            ..MuscleRest::default()
-        };
-        let input = MuscleInput::new(&Profile::of(exponents.0, exponents.1), eccentricity);
-        let frame = shape(&rest, &input, &mut points, normal, normal);
-        (frame, points)
+        bent::along(positions.iter().copied(), &Profile::of(exponents.0, exponents.1), eccentricity, normal)
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::animation;
 use super::{Context, label};
 use crate::clip::{Interpolation, MuscleChannel, MuscleTrack};
 use crate::error::{GltfError, one_line};
-use crate::rig::muscle::{Curve, Ease, ShapeCurve};
+use crate::rig::muscle::{Curve, Ease, MuscleSpec, ShapeCurve};
 use gltf::json;
 use gltf::json::accessor::Type;
 use serde_json::Value;
@@ -47,10 +47,14 @@ impl Parameter {
     /// What its keys may be.
     fn range(self) -> RangeInclusive<f32> {
         match self {
-            Parameter::Activation | Parameter::Stiffness => 0.0..=1.0,
-            Parameter::Eccentricity => 0.0..=0.99,
-            Parameter::Width => 0.0..=10.0,
-            Parameter::Shape => 1.0..=9.0,
+            Parameter::Activation => MuscleSpec::ACTIVATION_RANGE,
+            Parameter::Eccentricity => MuscleSpec::ECCENTRICITY_RANGE,
+            Parameter::Width => 0.0..=MuscleSpec::MAX_WIDTH,
+            Parameter::Stiffness => MuscleSpec::STIFFNESS_RANGE,
+            Parameter::Shape => {
+                let (least, most) = MuscleSpec::EXPONENTS_RANGE.into_inner();
+                least as f32..=most as f32
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::parameters::{Keyed, MuscleParameters, share};
 use super::source::{Moment, ReadyDriver, Watched, activation};
 use crate::error::{MuscleError, PoseError};
-use crate::rig::muscle::MuscleSpec;
+use crate::rig::muscle::{MuscleSpec, check};
 use crate::rig::{Character, Pose};
 use std::collections::HashMap;
 
@@ -32,12 +32,7 @@ impl Drives {
     pub fn new(character: &Character, specs: &[MuscleSpec]) -> Result<Drives, MuscleError> {
         let mut drives = Drives { joints: character.joints.len(), ..Drives::default() };
         for (index, spec) in specs.iter().enumerate() {
-            for (name, seconds) in [("attack", spec.drive.attack), ("decay", spec.drive.decay)] {
-                if !(seconds.is_finite() && seconds >= 0.0) {
-                    let what = format!("{name} is {seconds} s, and must be 0 or more");
-                    return Err(MuscleError::Value { muscle: spec.name.clone(), key: name.into(), what });
-                }
-            }
+            check::speeds(&spec.drive).map_err(|wrong| wrong.of(spec))?;
             let drivers = (0..spec.drive.drivers.len())
                 .map(|number| ReadyDriver::new(spec, number, character, &mut drives.watched))
                 .collect::<Result<_, _>>()?;

@@ -4,9 +4,6 @@ use crate::field::muscle::{MuscleInput, Profile, profile::MAX_ECCENTRICITY};
 use crate::rig::Key;
 use crate::rig::muscle::MuscleSpec;
 
-/// Largest factor on a width: ten times as thick is a slip, and much more overflows further on.
-pub(crate) const MAX_WIDTH: f32 = 10.0;
-
 /// Pairs of profile exponents and how much each counts: `Phi = sum w_i phi_i / sqrt(F)`, `F = w^T G w` with the Gram
 /// matrix `G` of the pairs, which whoever reads this computes.
 ///
@@ -124,7 +121,7 @@ impl MuscleParameters {
                 .or(finite(Some(blend(rest.eccentricity, active.eccentricity))))
                 .unwrap_or(0.0)
                 .clamp(0.0, MAX_ECCENTRICITY),
-            width: finite(Some(width)).unwrap_or(1.0).clamp(0.0, MAX_WIDTH),
+            width: finite(Some(width)).unwrap_or(1.0).clamp(0.0, MuscleSpec::MAX_WIDTH),
             stiffness: share(finite(keyed.stiffness).unwrap_or(spec.stiffness)),
             shapes: ShapeBlend::new(
                 exponents(from),

@@ -2,7 +2,7 @@
 
 use crate::error::MuscleError;
 use crate::math::{polar, transform_vector};
-use crate::rig::muscle::{Combine, Curve, MuscleSpec, Source, find_bone};
+use crate::rig::muscle::{Combine, Curve, MuscleSpec, Source, find_driver_joint};
 use crate::rig::{Character, Pose};
 use glam::{Mat4, Quat, Vec3};
 
@@ -89,7 +89,7 @@ impl ReadyDriver {
                 if !(from.is_finite() && to.is_finite()) {
                     return Err(fail("its angles must be finite numbers, in radians"));
                 }
-                let index = find_bone(spec, character, "driver", joint)?;
+                let index = find_driver_joint(spec, number, character, joint)?;
                 let joint = &character.joints[index];
                 let axis = match axis.map(|axis| axis.normalize_or_zero()) {
                     Some(Vec3::ZERO) => return Err(fail("its axis has no direction; name one or leave the axis out")),

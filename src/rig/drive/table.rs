@@ -1,6 +1,6 @@
 //! Tables over time, as a force or activity model supplies them: CSV, times in the first column, one muscle in each other.
 
-use crate::error::{TableError, one_line};
+use crate::error::{MuscleError, TableError, one_line};
 use crate::rig::muscle::{Curve, MuscleSpec, Source};
 use crate::rig::nearest::nearest;
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -168,42 +168,46 @@ fn cell(file: &str, line: u64, column: usize, what: String, remedy: &'static str
 ///
 /// # Errors
 /// A table that cannot be read, see [`Table::read`], that is outside `folder`, or that lacks a column (nearest names are
-/// listed); curves of 10 million numbers in all.
-pub fn load_tables(specs: &mut [MuscleSpec], folder: &Path) -> Result<(), TableError> {
-    let mut files: Vec<PathBuf> = Vec::new();
+/// listed); curves of 10 million numbers in all. The first muscle that asks for it is named.
+pub fn load_tables(specs: &mut [MuscleSpec], folder: &Path) -> Result<(), MuscleError> {
+    let mut files: Vec<(PathBuf, usize, usize)> = Vec::new();
     let mut known = HashSet::new();
-    for driver in specs.iter().flat_map(|spec| &spec.drive.drivers) {
-        if let Source::Table { file, .. } = &driver.source
-            && known.insert(file.clone())
-        {
-            files.push(file.clone());
+    for (muscle, spec) in specs.iter().enumerate() {
+        for (number, driver) in spec.drive.drivers.iter().enumerate() {
+            if let Source::Table { file, .. } = &driver.source
+                && known.insert(file.clone())
+            {
+                files.push((file.clone(), muscle, number));
+            }
         }
     }
     let mut left = CELLS;
-    for wanted in files {
-        let table = Table::read(&folder.join(inside(&wanted)?))?;
+    for (wanted, muscle, driver) in files {
+        let failed = |muscle: &str, driver, source| MuscleError::Table { muscle: muscle.into(), driver, source };
+        let table = inside(&wanted).and_then(|path| Table::read(&folder.join(path)));
+        let table = table.map_err(|source| failed(&specs[muscle].name, driver, source))?;
         for spec in &mut *specs {
-            for driver in &mut spec.drive.drivers {
+            for (number, driver) in spec.drive.drivers.iter_mut().enumerate() {
                 let Source::Table { file, column, curve } = &mut driver.source else { continue };
-                if *file != wanted {
-                    continue;
+                if *file == wanted {
+                    *curve = take(&table, column, &mut left).map_err(|source| failed(&spec.name, number, source))?;
                 }
-                let file = || table.file.clone();
-                left = left.checked_sub(table.times.len()).ok_or_else(|| TableError::TooLarge {
-                    file: file(),
-                    unit: "numbers in use",
-                    most: CELLS as u64,
-                })?;
-                *curve = table.curve(column).ok_or_else(|| TableError::Column {
-                    file: file(),
-                    muscle: one_line(&spec.name),
-                    column: one_line(column),
-                    nearest: table.nearest(column),
-                })?;
             }
         }
     }
     Ok(())
+}
+
+/// A column as a curve, less its numbers from what is `left` for all muscles together.
+fn take(table: &Table, column: &str, left: &mut usize) -> Result<Curve, TableError> {
+    let file = || table.file.clone();
+    let rest = left.checked_sub(table.times.len());
+    *left = rest.ok_or_else(|| TableError::TooLarge { file: file(), unit: "numbers in use", most: CELLS as u64 })?;
+    table.curve(column).ok_or_else(|| TableError::Column {
+        file: file(),
+        column: one_line(column),
+        nearest: table.nearest(column),
+    })
 }
 
 /// The path, where it stays in the muscle file's folder: a file from elsewhere must not reach into ours.
@@ -334,7 +338,8 @@ mod tests {
         };
         let missing = fails("a.csv", "lfet");
         assert!(
-            missing.contains("muscle `l` is driven by its column `lfet`")
+            missing.starts_with("muscle `l`: ")
+                && missing.contains("a.csv: the table has no column `lfet`")
                 && missing.contains("nearest names: left, right")
         );
         assert!(fails("no.csv", "left").contains("no.csv: the table cannot be read"));

@@ -231,7 +231,7 @@ fn drivers_that_name_nothing_are_refused_by_muscle() {
     let angle = |joint: &str, axis, to| Source::Angle { joint: joint.into(), axis, from: 0.0, to };
     let unknown = refused(angle("lowre", None, 1.0));
     assert!(
-        unknown.contains("muscle `biceps`: driver bone `lowre`") && unknown.contains("nearest names: lower"),
+        unknown.contains("muscle `biceps`: the driver's joint `lowre`") && unknown.contains("nearest names: lower"),
         "{unknown}"
     );
     assert!(refused(angle("lower", Some(Vec3::ZERO), 1.0)).contains("driver 2: its axis has no direction"));

@@ -1,10 +1,11 @@
 //! Muscles as their author gives them, and as the stages read them.
 
+pub(in crate::rig) mod check;
 mod resolve;
 mod spec;
 
 pub use resolve::resolve;
-pub(in crate::rig) use resolve::{find_bone, rest_input};
+pub(in crate::rig) use resolve::{find_bone, find_driver_joint, find_joint, rest_input};
 pub use spec::{
     Attachment, BodySide, BoneShape, BoneSpec, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
     MuscleSize, MuscleSpec, ShapeCurve, Source,

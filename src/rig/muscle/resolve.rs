@@ -1,13 +1,10 @@
 //! Muscles checked against their character, and brought into the form that the stages read.
 
-use super::{Attachment, FibreSet, MuscleShape, MuscleSize, MuscleSpec};
+use super::check::{self, Wrong};
+use super::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
 use crate::{
     error::MuscleError,
-    field::muscle::{
-        MuscleInput, MuscleRest, Profile,
-        axis::{MAX_SEGMENTS, MIN_SEGMENTS},
-        profile::{MAX_ECCENTRICITY, MAX_EXPONENT},
-    },
+    field::muscle::{MuscleInput, MuscleRest, Profile},
     math::{transform_point, transform_vector},
     rig::{Character, FieldGroups, nearest::nearest},
 };
@@ -15,6 +12,8 @@ use glam::{Mat4, Vec3};
 
 /// Support of the muscle's field outside its surface, in largest rest radii (background 3.2: .5 to 1).
 const SUPPORT_RADII: f32 = 0.75;
+/// Fibres whose ends are both nearer than this are the same one, metres.
+const SAME_FIBRE: f32 = 1e-5;
 
 /// Checks a muscle against its character and derives what the stages read: one entry per fibre, one for a muscle that
 /// is not a set. `first_point` is left 0.
@@ -28,11 +27,12 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
     if group == u32::MAX {
         return Err(MuscleError::NoField { muscle: spec.name.clone(), bone: spec.bone.clone() });
     }
-    check(spec)?;
+    check::muscle(spec).map_err(|wrong| wrong.of(spec))?;
     let (origins, origin_normal) =
         ends(character, from, &spec.origin, spec.fibres.as_ref().map(|f| &f.origin_line), spec);
     let (insertions, insertion_normal) =
         ends(character, to, &spec.insertion, spec.fibres.as_ref().map(|f| &f.insertion_line), spec);
+    check_apart(spec, &origins, &insertions).map_err(|wrong| wrong.of(spec))?;
     let total: f32 = origins.iter().zip(&insertions).map(|(o, i)| o.distance(*i)).sum();
     let fibre = |origin: Vec3, insertion: Vec3| {
         let length = origin.distance(insertion);
@@ -62,52 +62,18 @@ fn profile(shape: &MuscleShape) -> Profile {
     Profile::of(shape.alpha, shape.beta)
 }
 
-/// What can be said of a muscle without its character.
-fn check(spec: &MuscleSpec) -> Result<(), MuscleError> {
-    let refuse = |key: &str, what: String| {
-        Err(MuscleError::Value { muscle: spec.name.clone(), key: key.into(), what: format!("{key} {what}") })
-    };
-    for (active, width, shape) in [("", "rest_width", &spec.rest), ("active.", "active.width", &spec.active)] {
-        for (name, exponent) in [("alpha", shape.alpha), ("beta", shape.beta)] {
-            if !MuscleSpec::EXPONENTS_RANGE.contains(&exponent) {
-                let what = format!("is {exponent}, and must be a whole number from 1 to {MAX_EXPONENT}");
-                return refuse(&format!("{active}{name}"), what);
-            }
+/// Fibres that lie on one another are one fibre with a multiple of its volume, and nobody means that.
+fn check_apart(spec: &MuscleSpec, origins: &[Vec3], insertions: &[Vec3]) -> Result<(), Wrong> {
+    let same = |line: &[Vec3], i: usize, j: usize| line[i].distance(line[j]) < SAME_FIBRE;
+    let pairs = (0..origins.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
+    match pairs.into_iter().find(|&(j, i)| same(origins, i, j) && same(insertions, i, j)) {
+        Some((j, i)) => {
+            let line = spec.fibres.as_ref().is_some_and(|set| !set.origin_line.is_empty());
+            let key = if line { "fibres.origin_line" } else { "fibres.insertion_line" };
+            let what = format!("fibres {} and {} lie on one another; spread the points of the lines", j + 1, i + 1);
+            Err(Wrong::new(key, what))
         }
-        if !MuscleSpec::ECCENTRICITY_RANGE.contains(&shape.eccentricity) {
-            let what = format!("is {}, and must be in 0 to {MAX_ECCENTRICITY}", shape.eccentricity);
-            return refuse(&format!("{active}eccentricity"), what);
-        }
-        if !(shape.width > 0.0 && shape.width <= 10.0) {
-            return refuse(width, format!("factor is {}, and must be over 0 and at most 10", shape.width));
-        }
-    }
-    if !MuscleSpec::SEGMENTS_RANGE.contains(&spec.segments) {
-        return refuse("segments", format!("is {}, and must be in {MIN_SEGMENTS} to {MAX_SEGMENTS}", spec.segments));
-    }
-    if !(0.0..=1.0).contains(&spec.stiffness) {
-        return refuse("stiffness", format!("is {}, and must be in 0 to 1", spec.stiffness));
-    }
-    if !MuscleSpec::TENDON_RANGE.contains(&spec.tendon) {
-        return refuse("tendon", format!("is {}, and must be in 0 to 0.45", spec.tendon));
-    }
-    for (name, end, line) in [
-        ("origin", &spec.origin, spec.fibres.as_ref().map(|f| &f.origin_line)),
-        ("insertion", &spec.insertion, spec.fibres.as_ref().map(|f| &f.insertion_line)),
-    ] {
-        if !(end.offset.is_finite() && end.normal.is_finite()) {
-            return refuse(&format!("{name}.offset"), "or the normal beside it is not finite".into());
-        }
-        if line.is_some_and(|line| line.iter().any(|p| !p.is_finite())) {
-            return refuse(&format!("fibres.{name}_line"), "has a point that is not finite".into());
-        }
-    }
-    match &spec.fibres {
-        Some(FibreSet { count, .. }) if !MuscleSpec::FIBRES_RANGE.contains(count) => {
-            let (least, most) = MuscleSpec::FIBRES_RANGE.into_inner();
-            refuse("fibres.count", format!("is {count}, and must be in {least} to {most}"))
-        }
-        _ => Ok(()),
+        None => Ok(()),
     }
 }
 
@@ -170,20 +136,40 @@ fn end_points(bind: &Mat4, offset: Vec3, further: &[Vec3], count: u32) -> Vec<Ve
         .collect()
 }
 
+/// Index of the joint of a muscle's bone; `role` is `field`, `origin` or `insertion`.
 pub(in crate::rig) fn find_bone(
     spec: &MuscleSpec,
     character: &Character,
     role: &'static str,
     bone: &str,
 ) -> Result<usize, MuscleError> {
-    character.joints.iter().position(|j| j.name == bone).ok_or_else(|| {
-        let names = nearest(bone, character.joints.iter().map(|j| j.name.as_str()), 3);
-        MuscleError::UnknownBone { muscle: spec.name.clone(), role, bone: bone.into(), nearest: names.join(", ") }
+    let unknown = |nearest| MuscleError::UnknownBone { muscle: spec.name.clone(), role, bone: bone.into(), nearest };
+    find_joint(bone, character).map_err(unknown)
+}
+
+/// Index of the joint that a muscle's driver number `number` reads.
+pub(in crate::rig) fn find_driver_joint(
+    spec: &MuscleSpec,
+    number: usize,
+    character: &Character,
+    joint: &str,
+) -> Result<usize, MuscleError> {
+    find_joint(joint, character).map_err(|nearest| MuscleError::Value {
+        muscle: spec.name.clone(),
+        key: format!("drivers[{number}].angle.joint"),
+        what: format!("the driver's joint `{joint}` is not a joint of the character; nearest names: {nearest}"),
     })
+}
+
+/// Index of the joint of a name, else the nearest names.
+pub(in crate::rig) fn find_joint(name: &str, character: &Character) -> Result<usize, String> {
+    let found = character.joints.iter().position(|j| j.name == name);
+    found.ok_or_else(|| nearest(name, character.joints.iter().map(|j| j.name.as_str()), 3).join(", "))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::FibreSet;
     use super::*;
     use crate::rig::{Influence, Joint, groups::Group};
     use glam::{Mat4, Vec2};
@@ -242,6 +228,22 @@ mod tests {
     }
 
     #[test]
+    fn fibres_that_lie_on_one_another_are_refused() {
+        let back = |line: Vec<Vec3>, insertion_line: Vec<Vec3>| {
+            fibres(|s| {
+                let (origin_line, insertion_line) = (line.clone(), insertion_line.clone());
+                s.fibres = Some(FibreSet { count: 5, origin_line, insertion_line, overlap: true });
+            })
+        };
+        let there = Vec3::new(0.1, 0.1, 0.0);
+        assert_eq!(back(vec![there], vec![]).expect("spread").len(), 5);
+        let refused = back(vec![there, Vec3::Y * 0.1], vec![]).expect_err("there and back");
+        assert!(refused.contains("fibres 2 and 4 lie on one another"), "{refused}");
+        assert!(back(vec![Vec3::Y * 0.1], vec![]).expect_err("a line without length").contains("fibres 1 and 2"));
+        back(vec![there, Vec3::Y * 0.1], vec![Vec3::new(0.0, 0.5, 0.1)]).expect("the other ends are apart");
+    }
+
+    #[test]
     fn width_and_volume_name_the_same_muscle() {
         let by_width = resolved(|_| ()).expect("good");
         let volume = by_width.origin.w;
@@ -254,10 +256,10 @@ mod tests {
     #[test]
     fn numbers_out_of_their_range_are_refused() {
         let refused = |change: fn(&mut MuscleSpec)| resolved(change).map(drop).expect_err("must be refused");
-        assert!(refused(|s| s.size = MuscleSize::Width(-0.1)).contains("must be positive"));
-        assert!(refused(|s| s.size = MuscleSize::Width(f32::NAN)).contains("must be positive"));
+        assert!(refused(|s| s.size = MuscleSize::Width(-0.1)).contains("width is -0.1, and must be a positive"));
+        assert!(refused(|s| s.size = MuscleSize::Width(f32::NAN)).contains("must be a positive"));
         assert!(refused(|s| s.size = MuscleSize::Width(1e10)).contains("beside a character of 1 m"));
-        assert!(refused(|s| s.size = MuscleSize::Volume(f32::INFINITY)).contains("must be positive"));
+        assert!(refused(|s| s.size = MuscleSize::Volume(f32::INFINITY)).contains("volume is inf"));
         assert!(refused(|s| s.insertion.offset = Vec3::splat(1e30)).contains("near the character"));
         assert!(refused(|s| s.insertion.offset = s.origin.offset).contains("apart at rest"));
         assert!(refused(|s| s.origin.offset.x = f32::NAN).contains("not finite"));
@@ -265,7 +267,9 @@ mod tests {
         assert!(refused(|s| s.rest.eccentricity = 1.0).contains("eccentricity"));
         assert!(refused(|s| s.active.beta = 10).contains("active.beta is 10"));
         assert!(refused(|s| s.segments = 64).contains("3 to 63"));
-        assert!(refused(|s| s.active.width = 0.0).contains("active.width factor"));
+        assert!(refused(|s| s.active.width = 0.0).contains("active.width is 0, and must be over 0 and at most 10"));
+        assert!(refused(|s| s.origin.normal = Vec3::ZERO).contains("normal has no direction"));
+        assert!(refused(|s| s.keys.width.times = vec![0.0]).contains("width has 1 times and 0 values"));
         assert!(refused(|s| s.insertion.bone = "thihg".into()).contains("nearest names: thigh"));
     }
 }

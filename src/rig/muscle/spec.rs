@@ -49,7 +49,8 @@ pub struct MuscleShape {
     pub beta: u32,
     /// Eccentricity of the section, 0..=.99.
     pub eccentricity: f32,
-    /// Factor on the width that the volume gives: 1 keeps the volume, more exaggerates (paper A, figure 14).
+    /// Factor on the width that the volume gives, over 0 and at most 10: 1 keeps the volume, more exaggerates (paper A,
+    /// figure 14).
     pub width: f32,
 }
 
@@ -271,6 +272,14 @@ impl MuscleSpec {
     pub const SEGMENTS_RANGE: RangeInclusive<u32> = MIN_SEGMENTS..=MAX_SEGMENTS;
     /// How many fibres a set may have.
     pub const FIBRES_RANGE: RangeInclusive<u32> = 2..=32;
+    /// What activations may be.
+    pub const ACTIVATION_RANGE: RangeInclusive<f32> = 0.0..=1.0;
+    /// What stiffness may be.
+    pub const STIFFNESS_RANGE: RangeInclusive<f32> = 0.0..=1.0;
+    /// Largest factor on a width: ten times as thick is a slip, and much more overflows further on.
+    pub const MAX_WIDTH: f32 = 10.0;
+    /// What factors on the width may be.
+    pub const WIDTH_RANGE: RangeInclusive<f32> = f32::MIN_POSITIVE..=Self::MAX_WIDTH;
     /// What share of the length may be tendon, at each end.
     pub const TENDON_RANGE: RangeInclusive<f32> = 0.0..=0.45;
     /// Segments of an axis where nothing else is said: the paper's 30 particles.

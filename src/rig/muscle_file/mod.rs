@@ -8,21 +8,23 @@ mod curve;
 mod edit;
 mod mirror;
 mod names;
+mod notes;
 mod place;
 mod schema;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod words;
 mod write;
 
 pub use edit::{Document, Mirrored, Settings};
 pub use names::SideNames;
 pub use schema::schema;
 
-use crate::error::{BoneError, MuscleError, MuscleFileError};
+use crate::error::{BoneError, MuscleError, MuscleFileError, one_line};
 use crate::rig::Character;
 use crate::rig::drive::load_tables;
-use crate::rig::muscle::{BoneSpec, MuscleSpec, Source};
+use crate::rig::muscle::{BoneSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint};
 use place::Fault;
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -55,7 +57,8 @@ pub struct MuscleFile {
 /// that cannot be read.
 pub fn read(path: &Path) -> Result<MuscleFile, MuscleFileError> {
     let mut file = parse(&read_text(path)?, path)?;
-    load_tables(&mut file.muscles, path.parent().unwrap_or(Path::new("")))?;
+    let loaded = load_tables(&mut file.muscles, path.parent().unwrap_or(Path::new("")));
+    loaded.map_err(|error| file.locate(&error))?;
     Ok(file)
 }
 
@@ -81,14 +84,15 @@ pub fn parse(text: &str, path: &Path) -> Result<MuscleFile, MuscleFileError> {
         return Err(place::at_byte(text, path, 0, &format!("the file is over {most} MiB, more than a muscle file is")));
     }
     let file: tables::File = toml::from_str(text).map_err(|error| place::of_parser(text, path, &error))?;
-    let character = file.character.name;
-    let (muscles, bones) =
-        specs(file.muscles, file.bones).map_err(|fault| place::at_key(text, path, &fault.key, &fault.message))?;
+    let placed = |fault: Fault| place::at_key(text, path, &fault.key, &fault.message);
+    let character = file.character.name.map(convert::character).transpose();
+    let character = character.map_err(|fault| placed(fault.within("character", "the character")))?;
+    let (muscles, bones) = specs(file.muscles, file.bones).map_err(placed)?;
     let notes = muscles.iter().enumerate().flat_map(|(i, spec)| {
         let whose = format!("muscle `{}`", spec.name);
         convert::notes(spec).into_iter().map(move |note| note.within(&format!("muscle[{i}]"), &whose))
     });
-    let notes = notes.take(MAX_NOTES).map(|n| place::at_key(text, path, &n.key, &n.message).to_string()).collect();
+    let notes = notes.take(MAX_NOTES).map(|note| placed(note).to_string()).collect();
     Ok(MuscleFile { character, muscles, bones, notes, path: path.into(), text: text.into() })
 }
 
@@ -108,7 +112,7 @@ fn specs(
     let mut names = BTreeSet::new();
     let mut specs = Vec::with_capacity(muscles.len());
     for (i, table) in muscles.into_iter().enumerate() {
-        let (place, whose) = (format!("muscle[{i}]"), format!("muscle `{}`", shortened(&table.name)));
+        let (place, whose) = (format!("muscle[{i}]"), format!("muscle `{}`", one_line(&table.name)));
         if !names.insert(table.name.clone()) {
             return Err(Fault::new(format!("{place}.name"), format!("{whose} stands twice; names must differ")));
         }
@@ -117,18 +121,13 @@ fn specs(
     let mut names = BTreeSet::new();
     let mut shapes = Vec::with_capacity(bones.len());
     for (i, table) in bones.into_iter().enumerate() {
-        let (place, whose) = (format!("bone[{i}]"), format!("bone `{}`", shortened(&table.bone)));
+        let (place, whose) = (format!("bone[{i}]"), format!("bone `{}`", one_line(&table.bone)));
         if !names.insert(table.bone.clone()) {
             return Err(Fault::new(format!("{place}.bone"), format!("{whose} stands twice; give each bone one shape")));
         }
         shapes.push(convert::bone(table).map_err(|fault| fault.within(&place, &whose))?);
     }
     Ok((specs, shapes))
-}
-
-/// A name for a message, without the end of one that has none.
-fn shortened(name: &str) -> String {
-    name.chars().take(64).collect()
 }
 
 impl MuscleFile {
@@ -162,29 +161,21 @@ impl MuscleFile {
     /// # Errors
     /// A name that the character lacks, with line, column and the nearest names.
     pub fn check(&self, character: &Character) -> Result<(), MuscleFileError> {
-        let names: BTreeSet<&str> = character.joints.iter().map(|j| j.name.as_str()).collect();
-        let known = |key: String, role: &str, name: &str, whose: String| {
-            if names.contains(name) {
-                return Ok(());
+        for spec in &self.muscles {
+            for (role, bone) in
+                [("field", &spec.bone), ("origin", &spec.origin.bone), ("insertion", &spec.insertion.bone)]
+            {
+                find_bone(spec, character, role, bone).map_err(|error| self.locate(&error))?;
             }
-            let nearest =
-                crate::rig::nearest::nearest(name, character.joints.iter().map(|j| j.name.as_str()), 3).join(", ");
-            let what = format!("{whose}: {role} `{name}` is not a joint of the character; nearest names: {nearest}");
-            Err(place::at_key(&self.text, &self.path, &key, &what))
-        };
-        for (i, spec) in self.muscles.iter().enumerate() {
-            let whose = || format!("muscle `{}`", spec.name);
-            known(format!("muscle[{i}].bone"), "field bone", &spec.bone, whose())?;
-            known(format!("muscle[{i}].origin.bone"), "origin bone", &spec.origin.bone, whose())?;
-            known(format!("muscle[{i}].insertion.bone"), "insertion bone", &spec.insertion.bone, whose())?;
-            for (d, driver) in spec.drive.drivers.iter().enumerate() {
+            for (number, driver) in spec.drive.drivers.iter().enumerate() {
                 if let Source::Angle { joint, .. } = &driver.source {
-                    known(format!("muscle[{i}].drivers[{d}].angle.joint"), "the driver's joint", joint, whose())?;
+                    find_driver_joint(spec, number, character, joint).map_err(|error| self.locate(&error))?;
                 }
             }
         }
-        for (i, spec) in self.bones.iter().enumerate() {
-            known(format!("bone[{i}].bone"), "it", &spec.bone, format!("bone `{}`", spec.bone))?;
+        for spec in &self.bones {
+            find_joint(&spec.bone, character)
+                .map_err(|nearest| self.locate_bone(&BoneError::UnknownBone { bone: spec.bone.clone(), nearest }))?;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
-//! Where in a muscle file a value stands, and mistakes in words that name the place and the remedy.
+//! Where in a muscle file a value stands, and mistakes that name the place.
 
-use crate::error::MuscleFileError;
-use crate::rig::nearest::nearest;
+use super::words;
+use crate::error::{MuscleFileError, is_unprintable};
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
@@ -30,6 +30,8 @@ pub(super) fn at_byte(text: &str, path: &Path, byte: usize, message: &str) -> Mu
     while !text.is_char_boundary(end) {
         end -= 1;
     }
+    // Keys and values that are repeated may hold anything.
+    let message: String = message.chars().map(|c| if is_unprintable(c) { ' ' } else { c }).collect();
     let before = &text[..end];
     let line_start = before.rfind('\n').map_or(0, |i| i + 1);
     MuscleFileError::Parse {
@@ -47,7 +49,8 @@ pub(super) fn at_key(text: &str, path: &Path, key: &str, message: &str) -> Muscl
 
 /// The parser's or the tables' own error.
 pub(super) fn of_parser(text: &str, path: &Path, error: &toml::de::Error) -> MuscleFileError {
-    at_byte(text, path, error.span().map_or(0, |span| span.start), &in_words(error.message()))
+    let (byte, message) = words::of(text, error);
+    at_byte(text, path, byte, &message)
 }
 
 /// The number of the muscle with a name.
@@ -89,24 +92,6 @@ fn byte_of(text: &str, key: &str) -> usize {
     shown.span().start
 }
 
-/// The deserialiser's words in the file's own: keys rather than fields, and the nearest name rather than all of them.
-fn in_words(message: &str) -> String {
-    for (kind, word) in [("unknown field `", "key"), ("unknown variant `", "value")] {
-        let Some(rest) = message.strip_prefix(kind) else { continue };
-        // Known names are listed after the unknown one, which may hold anything.
-        let Some((unknown, known)) = rest.rsplit_once("`, expected ") else { continue };
-        let known: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
-        return match nearest(unknown, known.iter().copied(), 1).first() {
-            Some(best) => format!("unknown {word} `{unknown}`; did you mean `{best}`? Known are {}", known.join(", ")),
-            None => format!("unknown {word} `{unknown}`"),
-        };
-    }
-    match message.strip_prefix("missing field `").and_then(|rest| rest.split_once('`')) {
-        Some((key, _)) => format!("key `{key}` is missing"),
-        None => message.into(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,12 +112,5 @@ mod tests {
         assert_eq!(byte_of(text, "nothing[7].here"), 0);
         assert_eq!(muscle_index(text, "é"), Some(1));
         assert_eq!(muscle_index(text, "b"), None);
-    }
-
-    #[test]
-    fn an_unknown_name_may_hold_anything() {
-        let message = in_words("unknown field `a`, expected `b`, expected one of `alpha`, `beta`");
-        assert!(message.contains("did you mean `"), "{message}");
-        assert_eq!(in_words("missing field `bone`"), "key `bone` is missing");
     }
 }

@@ -62,11 +62,13 @@ pub(super) struct MuscleTable {
     /// Eccentricity of the section at rest: 0 is round, 0.99 the flattest.
     #[schemars(range(min = 0.0, max = 0.99))]
     pub eccentricity: Option<f32>,
-    /// Factor on the width at rest; 1 keeps the volume.
+    /// Factor on the width at rest, over 0 and at most 10; 1 keeps the volume.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub rest_width: Option<f32>,
     /// The shape at full activation; the same as at rest where there is no such table.
     pub active: Option<ActiveTable>,
-    /// Factor on the width of both shapes; more than 1 exaggerates.
+    /// Factor on the width of both shapes, over 0; more than 1 exaggerates. Times a shape's own it is at most 10.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub width_scale: Option<f32>,
     /// Largest radius at rest were the section round, metres. Of a fibre set, each fibre's own.
     pub width: Option<f32>,
@@ -145,7 +147,8 @@ pub(super) struct ActiveTable {
     /// Eccentricity of the section; as at rest where nothing is said.
     #[schemars(range(min = 0.0, max = 0.99))]
     pub eccentricity: Option<f32>,
-    /// Factor on the width; 1 keeps the volume.
+    /// Factor on the width, over 0 and at most 10; 1 keeps the volume.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub width: Option<f32>,
 }
 
@@ -224,7 +227,7 @@ pub(super) struct KeysTable {
     pub activation: Option<CurveTable>,
     /// Eccentricity, 0 to 0.99, in place of the shapes' own.
     pub eccentricity: Option<CurveTable>,
-    /// Factor on the width, besides the shapes' own.
+    /// Factor on the width, over 0 and at most 10, besides the shapes' own.
     pub width: Option<CurveTable>,
     /// Stiffness, 0 to 1, in place of the muscle's own.
     pub stiffness: Option<CurveTable>,

@@ -4,6 +4,8 @@ use super::*;
 use crate::field::muscle::tests::{along, arc_muscle, muscle};
 use crate::field::muscle::{MuscleInput, Profile};
 use proptest::prelude::*;
+use rayon::prelude::*;
+use std::ops::Range;
 
 #[test]
 fn points_beyond_all_numbers_project_on_some_segment() {
@@ -15,8 +17,8 @@ fn points_beyond_all_numbers_project_on_some_segment() {
     }
 }
 
-/// Halton's points: evenly spread, and the same every time.
-fn spread(n: usize) -> impl Iterator<Item = Vec3> {
+/// Halton's points of these numbers from 1: evenly spread, and the same every time.
+fn spread(numbers: Range<usize>) -> impl IndexedParallelIterator<Item = Vec3> {
     let radical = |mut i: usize, base: usize| {
         let (mut f, mut r) = (1.0, 0.0);
         while i > 0 {
@@ -26,7 +28,37 @@ fn spread(n: usize) -> impl Iterator<Item = Vec3> {
         }
         r as f32
     };
-    (1..=n).map(move |i| Vec3::new(radical(i, 2), radical(i, 3), radical(i, 5)))
+    numbers.into_par_iter().map(move |i| Vec3::new(radical(i, 2), radical(i, 3), radical(i, 5)))
+}
+
+/// Squared distance of a point from a segment, in f64, and the segment's own squared length.
+fn exact(points: &[AxisPoint], k: usize, q: Vec3) -> (f64, f64) {
+    let (p, end) = (points[k].position.xyz().as_dvec3(), points[k + 1].position.xyz().as_dvec3());
+    let (span, h) = (end - p, q.as_dvec3() - p);
+    let share = (h.dot(span) / span.length_squared().max(1e-30)).clamp(0.0, 1.0);
+    ((h - span * share).length_squared(), span.length_squared())
+}
+
+#[test]
+fn a_key_names_a_segment_as_near_as_the_nearest() {
+    let (mut next_fails, mut seen) = (0, 0);
+    for (_, points) in [muscle(0.0, (3, 3)), arc_muscle(2.6, 29, (3, 3), 0.0), arc_muscle(1.0, 5, (3, 3), 0.0)] {
+        for u in spread(20_000) {
+            // Near the axis, as far as a muscle reaches, and far beyond.
+            let at = points[seen % points.len()].position.xyz();
+            let q = at + (u - 0.5) * [1e-5, 1e-3, 0.02, 0.2, 5.0][seen / 7 % 5];
+            let (k, squared) = nearest(&points, q);
+            let least = (0..points.len() - 1).map(|k| exact(&points, k, q).0).fold(f64::INFINITY, f64::min);
+            let (own, length) = exact(&points, k, q);
+            let tolerance = 1.2e-5 * least + 1e-6 * length;
+            assert!(own <= least + tolerance, "{q}: {own} {least}");
+            assert!((f64::from(squared) - least).abs() <= tolerance, "{q}: {squared} {least}");
+            let (other, _) = exact(&points, if k > 1 { k - 2 } else { k + 2 }, q);
+            next_fails += usize::from(other > least + tolerance);
+            seen += 1;
+        }
+    }
+    assert!(next_fails * 10 > seen * 9, "a segment further on must be told from the nearest: {next_fails} of {seen}");
 }
 
 /// Whether any of the declared kinks lies within `h` of a point: the surface, the axis, the ends, the border of the
@@ -46,31 +78,54 @@ fn near_a_kink(m: &MuscleFrame, points: &[AxisPoint], q: Vec3, h: f32) -> bool {
     close(d, radius) || d < 1e-3 || close(d - radius, m.support_radius) || corners || planes || shared || radius < 6e-3
 }
 
-/// Largest difference between `gradient` and central differences over 10^5 points, over the gradient's own length and
-/// 30 per metre, away from the kinks.
-fn worst_gradient(m: &MuscleFrame, points: &[AxisPoint], gradient: impl Fn(Vec3) -> Vec3) -> (f32, usize) {
-    let (low, high) = (m.lowest.xyz(), m.highest.xyz());
-    let (mut worst, mut seen) = (0.0f32, 0);
-    let h = 1e-4;
-    for q in spread(100_000).map(|u| low + (high - low) * u) {
+/// How far a gradient is from central differences, over its own length and 30 per metre.
+#[derive(Clone, Copy, Debug, Default)]
+struct Differences {
+    /// Largest of the field's own gradient.
+    worst: f32,
+    /// Largest of a gradient 5 % too long.
+    longer: f32,
+    /// Points away from the kinks, where the two were compared.
+    compared: usize,
+}
+
+impl Differences {
+    fn and(self, other: Differences) -> Differences {
+        Differences {
+            worst: self.worst.max(other.worst),
+            longer: self.longer.max(other.longer),
+            compared: self.compared + other.compared,
+        }
+    }
+
+    /// Over so many points of a muscle's box.
+    fn over(m: &MuscleFrame, points: &[AxisPoint], numbers: Range<usize>) -> Differences {
+        let (low, high) = (m.lowest.xyz(), m.highest.xyz());
+        spread(numbers).map(|u| Differences::at(m, points, low + (high - low) * u)).reduce(Default::default, Self::and)
+    }
+
+    fn at(m: &MuscleFrame, points: &[AxisPoint], q: Vec3) -> Differences {
+        let h = 1e-4;
         let sample = evaluate(m, points, q);
         assert!((0.0..=1.0).contains(&sample.value) && sample.gradient.is_finite());
         if sample.value < 1e-3 || near_a_kink(m, points, q, h) {
-            continue;
+            return Differences::default();
         }
         // In f64 the differences of two f32 values are still off by an ulp of 1 over 2 h: .3 per metre.
         let slope = |axis: Vec3| {
             (evaluate(m, points, q + axis * h).value - evaluate(m, points, q - axis * h).value) / (2.0 * h)
         };
         let measured = Vec3::new(slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z));
-        worst = worst.max((measured - gradient(q)).length() / (30.0 + measured.length()));
-        seen += 1;
+        let off = |gradient: Vec3| (measured - gradient).length() / (30.0 + measured.length());
+        Differences { worst: off(sample.gradient), longer: off(sample.gradient * 1.05), compared: 1 }
     }
-    (worst, seen)
 }
 
+/// Points are drawn from each case in turn until 10^5 in all are away from the kinks: those alone are compared.
 #[test]
 fn gradient_is_that_of_the_value_straight_and_bent() {
+    const COMPARED: usize = 100_000;
+    const ROUND: usize = 40_000;
     let cases = [
         muscle(0.0, (3, 3)),
         muscle(0.8, (4, 7)),
@@ -78,12 +133,19 @@ fn gradient_is_that_of_the_value_straight_and_bent() {
         arc_muscle(1.2, 8, (3, 3), 0.7),
         arc_muscle(2.6, 29, (4, 5), 0.5),
     ];
-    for (i, (m, points)) in cases.iter().enumerate() {
-        let (worst, seen) = worst_gradient(m, points, |q| evaluate(m, points, q).gradient);
-        assert!(seen > 1000, "case {i}: {seen} points");
-        assert!(worst < 0.02, "case {i}: {worst} of {seen}");
-        let (worst, _) = worst_gradient(m, points, |q| evaluate(m, points, q).gradient * 1.05);
-        assert!(worst > 0.02, "case {i}: a gradient 5 % too long must be seen: {worst}");
+    let mut found = [Differences::default(); 5];
+    let mut drawn = 1;
+    while found.iter().map(|case| case.compared).sum::<usize>() < COMPARED {
+        assert!(drawn < 50 * ROUND, "few points are away from the kinks: {found:?}");
+        for ((m, points), case) in cases.iter().zip(&mut found) {
+            *case = case.and(Differences::over(m, points, drawn..drawn + ROUND));
+        }
+        drawn += ROUND;
+    }
+    for (i, case) in found.iter().enumerate() {
+        assert!(case.compared > 1000, "case {i}: {case:?}");
+        assert!(case.worst < 0.02, "case {i}: {case:?}");
+        assert!(case.longer > 0.02, "case {i}: a gradient 5 % too long must be seen: {case:?}");
     }
 }
 
@@ -155,7 +217,7 @@ prop_compose! {
         turns in prop::collection::vec((-0.15f32..0.15, -0.15f32..0.15), 3..40),
         step in 0.002f32..0.02,
         normals in (prop::array::uniform3(-1.0f32..1.0), prop::array::uniform3(-1.0f32..1.0)),
-        exponents in ((2u32..=9, 2u32..=9), (2u32..=9, 2u32..=9)),
+        exponents in ((1u32..=9, 1u32..=9), (1u32..=9, 1u32..=9)),
         activation in 0.0f32..=1.0,
         eccentricity in 0.0f32..=0.95,
         point in prop::array::uniform3(-0.3f32..0.3),
@@ -194,7 +256,7 @@ fn made(
 
 /// Volume under the radius that a muscle has along its axis and round it, by quadrature in f64 (equation 3).
 fn swept_volume(m: &MuscleFrame) -> f64 {
-    const ALONG: u32 = 128;
+    const ALONG: u32 = 256;
     const ROUND: u32 = 48;
     let middle = |i: u32, n: u32| (i as f32 + 0.5) / n as f32;
     let section = |s: f32| -> f64 {
@@ -220,7 +282,8 @@ proptest! {
         if let Some((d, gradient, radius, radius_gradient)) = raw(&m, &points, q, nearest(&points, q).0) {
             prop_assert!(d >= 0.0 && radius >= 0.0 && gradient.is_finite() && radius_gradient.is_finite());
         }
-        // Midpoints are off by a twenty-fourth of the squared step times the slopes at the ends: under 1e-4 of the whole.
+        // Midpoints are off by a twenty-fourth of the squared step times the slopes at the ends: of a blunt end's, up to
+        // 272 of (1, 9), under 2e-4 of the whole.
         let volume = swept_volume(&m);
         prop_assert!((volume / 1e-4 - 1.0).abs() < 5e-4, "{volume}");
         let wider = swept_volume(&MuscleFrame { width: m.width * 1.001, ..m });
@@ -263,6 +326,10 @@ proptest! {
         let (n, others) = made(&other, (mirror(normals.0), mirror(normals.1)), &profile, e);
         let (a, b) = (evaluate(&m, &points, q), evaluate(&n, &others, mirror(q)));
         prop_assert!((a.value - b.value).abs() < 2e-3, "{} {}", a.value, b.value);
+        let off = |gradient: Vec3| (gradient - b.gradient).length() / (30.0 + b.gradient.length());
+        prop_assert!(off(mirror(a.gradient)) < 1e-3, "{} {}", a.gradient, b.gradient);
+        let across = 2.0 * a.gradient.y.abs() / (30.0 + a.gradient.length());
+        prop_assert!(across < 0.01 || off(a.gradient) > 5e-3, "the gradient as it was must be seen: {}", a.gradient);
     }
 }
 

@@ -155,29 +155,36 @@ fn mistakes_name_line_and_column() {
     let starts =
         |message: String, start: &str| assert!(message.starts_with(&format!("arm.muscles.toml:{start}")), "{message}");
     starts(failure(&GOOD.replace("width", "widht")), "7:1: unknown key `widht`; did you mean `width`?");
-    starts(failure(&GOOD.replace("0.02\n", "\"wide\"\n")), "7:9: invalid type");
+    starts(
+        failure(&GOOD.replace("0.02\n", "\"wide\"\n")),
+        "7:9: muscle `biceps`: `width` is the text \"wide\", and must be a number",
+    );
     starts(failure(&GOOD.replace("width = 0.02", "")), "3:8: muscle `biceps`: it needs `width`");
     starts(with("volume = 1e-4"), "8:10: muscle `biceps`: it has both");
     starts(failure(&format!("{GOOD}{GOOD}")), "10:8: muscle `biceps` stands twice");
     starts(failure("[[muscle]"), "1:");
-    starts(failure(&GOOD.replace("bone = \"upperarm\"\n", "")), "2:1: key `bone` is missing");
+    starts(failure(&GOOD.replace("bone = \"upperarm\"\n", "")), "2:1: muscle `biceps`: key `bone` is missing");
     for (text, start) in [
         ("alpha = 0", "8:9: muscle `biceps`: alpha is 0, and must be a whole number from 1 to 9"),
         ("beta = 10", "8:8: muscle `biceps`: beta is 10"),
-        ("alpha = -3", "8:9: invalid value"),
-        ("alpha = 3.5", "8:9: invalid type"),
+        ("alpha = -3", "8:9: muscle `biceps`: `alpha` is -3, and must be a whole number from 1 to 9"),
+        ("alpha = 3.5", "8:9: muscle `biceps`: `alpha` is 3.5, and must be a whole number from 1 to 9"),
         ("eccentricity = 1", "8:16: muscle `biceps`: eccentricity is 1, and must be in 0 to 0.99"),
         ("eccentricity = nan", "8:16: muscle `biceps`: eccentricity is NaN"),
         ("segments = 2", "8:12: muscle `biceps`: segments is 2"),
         ("segments = 64", "8:12: "),
         ("side = \"lift\"", "8:8: unknown value `lift`; did you mean `left`?"),
-        ("active = { beta = 12 }", "8:19: muscle `biceps`: beta is 12"),
+        ("active = { beta = 12 }", "8:19: muscle `biceps`: active.beta is 12"),
         ("active = { bta = 2 }", "8:12: unknown key `bta`; did you mean `beta`?"),
         ("stiffness = 2", "8:13: "),
         ("tendon = 0.5", "8:10: "),
         ("attack = -1", "8:10: muscle `biceps`: attack is -1"),
-        ("width_scale = 0", "8:15: "),
-        ("rest_width = inf", "8:14: "),
+        ("width_scale = 0", "8:15: muscle `biceps`: width_scale is 0, and must be over 0 and at most 10"),
+        ("width_scale = 10.5", "8:15: muscle `biceps`: width_scale is 10.5"),
+        ("width_scale = 5\nrest_width = 4", "8:15: muscle `biceps`: width_scale times rest_width is 20"),
+        ("width_scale = 5\nactive = { width = 4 }", "8:15: muscle `biceps`: width_scale times active.width is 20"),
+        ("rest_width = inf", "8:14: muscle `biceps`: rest_width is inf, and must be over 0 and at most 10"),
+        ("keys = { width = [[0, 1], [1, 10.5]] }", "8:31: muscle `biceps`: width is 10.5, and must be over 0 and at"),
         ("fibres = { count = 1, origin_line = [[0, 0, 1]] }", "8:20: muscle `biceps`: count is 1"),
         ("fibres = { count = 33, origin_line = [[0, 0, 1]] }", "8:20: "),
         ("fibres = { count = 3 }", "8:20: muscle `biceps`: all fibres are the same"),
@@ -187,11 +194,17 @@ fn mistakes_name_line_and_column() {
         ("keys = { activation = [[0, 2]] }", "8:28: muscle `biceps`: activation is 2"),
         ("keys = { activation = [[0]] }", "8:24: muscle `biceps`: a key of 1 numbers"),
         ("keys = { activation = [[0, 1, 2, 3]] }", "8:24: muscle `biceps`: slopes are read of cubic"),
-        ("keys = { activation = 1 }", "8:23: invalid type: integer `1`, expected a list of keys"),
-        ("keys = { activation = [[0, \"x\"]] }", "8:28: invalid type"),
+        (
+            "keys = { activation = 1 }",
+            "8:23: muscle `biceps`: `activation` is 1, and must be a list of keys, or a table",
+        ),
+        ("keys = { activation = [[0, \"x\"]] }", "8:28: muscle `biceps`: an item of `activation` is the text \"x\""),
         ("keys = { activation = { poins = [] } }", "8:25: unknown key `poins`; did you mean `points`?"),
         ("keys = { shape = [[0, 3, 0]] }", "8:26: muscle `biceps`: shape is 0"),
-        ("keys = { shape = [[0, 3]] }", "8:19: invalid length"),
+        (
+            "keys = { shape = [[0, 3]] }",
+            "8:19: muscle `biceps`: an item of `shape` is a list of 2, and must be [seconds",
+        ),
         ("drivers = [{}]", "8:12: muscle `biceps`: a driver is one of"),
         ("drivers = [{ constant = nan }]", "8:25: "),
         ("drivers = [{ length = { min = 1.2 } }]", "8:23: muscle `biceps`: min is 1.2 and max 1"),
@@ -214,8 +227,84 @@ fn mistakes_name_line_and_column() {
     starts(size("width = 1e300"), "7:9: muscle `biceps`: width is inf");
     starts(failure(&GOOD.replace("0.02, 0.01", "0.02, -inf")), "5:52: muscle `biceps`: offset holds -inf");
     starts(failure(&GOOD.replace("[1.0, 0.0, 0.0]", "[0, 0, 0]")), "6:70: muscle `biceps`: normal has no direction");
-    starts(failure(&GOOD.replace("[1.0, 0.0, 0.0]", "[0, 0]")), "6:70: invalid length");
+    starts(
+        failure(&GOOD.replace("[1.0, 0.0, 0.0]", "[0, 0]")),
+        "6:70: muscle `biceps`: `normal` is a list of 2, and must be three numbers",
+    );
     starts(failure(&GOOD.replace("biceps", "")), "3:8: ");
+}
+
+#[test]
+fn mistakes_of_form_are_told_in_the_files_own_words() {
+    let starts =
+        |message: String, start: &str| assert!(message.starts_with(&format!("arm.muscles.toml:{start}")), "{message}");
+    for (text, start) in [
+        ("alpha = 3\nalpha = 4", "9:1: key `alpha` stands twice; keep one"),
+        ("active = 3", "8:10: muscle `biceps`: `active` is 3, and must be a table, { key = value, .. }"),
+        ("active = [1]", "8:10: muscle `biceps`: `active` is a list of 1, and must be a table"),
+        ("side = 3", "8:8: muscle `biceps`: `side` must be \"left\", \"right\" or \"centre\""),
+        ("drivers = { constant = 1 }", "8:11: muscle `biceps`: `drivers` is a table, and must be a list of drivers"),
+        ("drivers = [3]", "8:12: muscle `biceps`: an item of `drivers` is 3, and must be a table"),
+        ("drivers = [{ table = \"x\" }]", "8:22: muscle `biceps`: `table` is the text \"x\", and must be a table"),
+        ("collision_group = true", "8:19: muscle `biceps`: `collision_group` is true, and must be text in quotes"),
+        ("keys = { width = [3] }", "8:19: muscle `biceps`: an item of `width` is 3, and must be a key, [seconds"),
+        ("keys = { width = { points = [3] } }", "8:30: muscle `biceps`: an item of `width` is 3"),
+        ("fibres = { count = 2, origin_line = [1] }", "8:38: muscle `biceps`: an item of `origin_line` is 1, and must"),
+        ("[[bone]]\nbone = \"a\"\ncapsule = 3", "10:11: bone `a`: `capsule` is 3, and must be a table"),
+        ("[bone]\nbone = \"a\"", "8:1: write [[bone]], in double brackets, for each bone"),
+        ("[[character]]", "8:1: write [character], in single brackets; a file has one"),
+        ("[muscle]", "8:2: `muscle` stands here in another form than before; write [[muscle]]"),
+    ] {
+        starts(with(text), start);
+    }
+    starts(failure("[muscle]\nname = \"a\""), "1:1: write [[muscle]], in double brackets, for each muscle");
+    starts(failure("bone = \"a\""), "1:8: key `bone` stands outside of all tables; write [[muscle]]");
+    let second = GOOD.replace("biceps", "other").replace("0.02\n", "\"wide\"\n");
+    starts(failure(&format!("{GOOD}{second}")), "14:9: muscle `other`: `width` is the text");
+    let end = GOOD.replace(", offset = [0.0, 0.02, 0.01]", "");
+    starts(failure(&end), "5:10: muscle `biceps`: key `offset` of `origin` is missing");
+}
+
+#[test]
+fn what_a_terminal_obeys_is_refused_and_not_repeated() {
+    let bad = "\\u001b[31mred\\u0007";
+    for text in [
+        GOOD.replace("biceps", bad),
+        GOOD.replace("\"upperarm\", offset", &format!("\"{bad}\", offset")),
+        format!("{GOOD}collision_group = \"{bad}\"\n"),
+        format!("{GOOD}drivers = [{{ table = {{ file = \"{bad}\" }} }}]\n"),
+        format!("{GOOD}\"{bad}\" = 3\n"),
+        format!("{GOOD}side = \"{bad}\"\n"),
+        format!("{GOOD}[[bone]]\nbone = \"{bad}\"\nmesh = \"m\"\n"),
+        format!("{GOOD}[[bone]]\nbone = \"b\"\nmesh = \"{bad}\"\n"),
+        format!("{GOOD}[character]\nname = \"{bad}\"\n"),
+        GOOD.replace("biceps", "\\u202Especi"),
+    ] {
+        let message = failure(&text);
+        assert!(!message.contains(crate::error::is_unprintable), "{message:?}");
+    }
+    let message = failure(&GOOD.replace("biceps", bad));
+    assert!(message.starts_with("arm.muscles.toml:3:8: muscle `") && message.contains("U+001B"), "{message}");
+    read_text(&GOOD.replace("biceps", "muscle \u{e9}\u{4e0a}"));
+}
+
+#[test]
+fn tables_that_cannot_be_read_are_located() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("m.toml");
+    std::fs::write(folder.path().join("bad.csv"), "time,biceps\n0,x\n").expect("written");
+    std::fs::write(folder.path().join("good.csv"), "time,biceps\n0,1\n").expect("written");
+    let refused = |table: &str| {
+        let text = format!("{GOOD}drivers = [{{ constant = 0 }}, {{ table = {table} }}]\n");
+        std::fs::write(&path, text).expect("written");
+        super::super::read(&path).map(drop).map_err(|e| e.to_string())
+    };
+    assert_eq!(refused("{ file = \"good.csv\" }"), Ok(()));
+    let bad = refused("{ file = \"bad.csv\" }").expect_err("no number");
+    assert!(bad.contains("m.toml:8:49: muscle `biceps`: ") && bad.contains("bad.csv:2: column 2: `x`"), "{bad}");
+    let column = refused("{ file = \"good.csv\", column = \"bicep\" }").expect_err("no column");
+    assert!(column.contains("m.toml:8:70: muscle `biceps`: ") && column.contains("no column `bicep`"), "{column}");
+    assert!(refused("{ file = \"../a.csv\" }").expect_err("outside").contains("m.toml:8:49: muscle `biceps`: "));
 }
 
 #[test]
