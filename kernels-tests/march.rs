@@ -27,7 +27,8 @@ impl March {
         let inputs = FrameInputs::new(&rig, &bent(degrees)).expect("pose");
         let mut muscles = vec![Default::default(); rig.muscles.len()];
         let mut axes = vec![Default::default(); rig.point_count as usize];
-        let input = ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles, iterates: &[] };
+        let input =
+            ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles, iterates: &[] };
         wrap::shape(&rig.muscles, &input, &mut muscles, &mut axes);
         let options = FrameOptions { skinning: sinew::schedule::Skinning::Linear, ..FrameOptions::default() };
         let skinned = Reference::new(&rig).frame(&bent(degrees), &options).expect("pose").skinned;

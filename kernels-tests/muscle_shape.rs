@@ -74,6 +74,7 @@ impl Muscles {
             joints: &self.joints[instance * JOINTS..][..JOINTS],
             groups: &self.groups[instance * GROUPS..][..GROUPS],
             inputs: &self.inputs[instance * self.rest.len()..][..self.rest.len()],
+            iterates: &[],
         };
         wrap::shape(&self.rest, &input, &mut shaped, &mut axes);
         (shaped, axes)
@@ -90,12 +91,13 @@ impl Muscles {
             ..MuscleParams::default()
         };
         let (count, points) = (self.rest.len() * instances, self.points * instances);
-        let inputs: [(&str, &[u8]); 5] = [
+        let inputs: [(&str, &[u8]); 6] = [
             ("params", bytemuck::bytes_of(&params)),
             ("muscles_rest", bytemuck::cast_slice(&self.rest)),
             ("inputs", bytemuck::cast_slice(&self.inputs)),
             ("joints", bytemuck::cast_slice(&self.joints)),
             ("groups", bytemuck::cast_slice(&self.groups)),
+            ("iterates", &[]),
         ];
         let sizes =
             [("shaped", (count + 1) * size_of::<MuscleFrame>()), ("axes", (points + 1) * size_of::<AxisPoint>())];

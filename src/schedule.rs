@@ -81,7 +81,7 @@ pub struct DynamicsOptions {
     pub solver: Solver,
     /// Iterations over one muscle while the others stand still.
     pub inner: u32,
-    /// Iterations over all muscles; at least 1.
+    /// Iterations over all muscles, 1 to [`DynamicsOptions::MOST_OUTER`].
     pub outer: u32,
     /// Passes over the contacts alone that end a substep.
     pub final_passes: u32,
@@ -128,6 +128,9 @@ impl DynamicsOptions {
     pub fn pbd() -> DynamicsOptions {
         DynamicsOptions { mode: Mode::Pbd, inner: 15, outer: 1, rate: 60, ..DynamicsOptions::default() }
     }
+
+    /// Most outer iterations.
+    pub const MOST_OUTER: u32 = 8;
 
     /// Length of a substep, seconds.
     pub fn seconds(&self) -> f32 {
@@ -214,7 +217,12 @@ impl Counts {
     /// Whether a frame of these options moves muscles.
     pub fn dynamics(&self, options: &FrameOptions) -> Option<DynamicsOptions> {
         let fields = options.skinning == Skinning::Implicit && self.groups > 0 && self.muscles > 0;
-        options.dynamics.filter(|_| fields)
+        let usable = |d: DynamicsOptions| DynamicsOptions {
+            outer: d.outer.clamp(1, DynamicsOptions::MOST_OUTER),
+            rate: d.rate.max(1),
+            ..d
+        };
+        options.dynamics.filter(|_| fields).map(usable)
     }
 }
 

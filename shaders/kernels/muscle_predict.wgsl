@@ -5,9 +5,10 @@
 @group(0) @binding(1) var<storage, read> bodies: array<MuscleBody>;
 @group(0) @binding(2) var<storage, read> inputs: array<MuscleInput>;
 @group(0) @binding(3) var<storage, read> moved: array<MovedJoint>;
-@group(0) @binding(4) var<storage, read_write> particles: array<Particle>;
-@group(0) @binding(5) var<storage, read_write> iterates: array<vec4<f32>>;
-@group(0) @binding(6) var<storage, read_write> clocks: array<StepClock>;
+@group(0) @binding(4) var<storage, read> axes: array<AxisPoint>;
+@group(0) @binding(5) var<storage, read_write> particles: array<Particle>;
+@group(0) @binding(6) var<storage, read_write> iterates: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read_write> clocks: array<StepClock>;
 
 override PI: f32;
 override STRETCH: f32;
@@ -93,7 +94,7 @@ fn main(
         }
         let radius = width * profile_at(input.factors, input.exponents, input.terms, share).x;
         particle.position.w = radius;
-        var section = math_transform_vector(driver_matrix, particle.section.xyz);
+        var section = math_transform_vector(driver_matrix, axes[first + i].normal.xyz);
         let size = sqrt(math_dot(section, section));
         var ellipse = 0.0;
         if size > 0.0 {
@@ -106,7 +107,7 @@ fn main(
         highest = max(highest, place + radius);
         if !carries {
             particle.spring = vec4<f32>(0.0, 0.0, 0.0, particle.spring.w);
-            particle.pushes = vec4<f32>(0.0, 0.0, 0.0, particle.pushes.w);
+            particle.pushes = vec4<f32>(0.0);
         }
         particles[first + i] = particle;
     }

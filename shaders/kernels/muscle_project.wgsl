@@ -19,16 +19,16 @@ fn loaded(work: Work, i: u32, scale: f32) -> Held {
     at[i] = vec4<f32>(size.xyz, particle.velocity.w);
     pull[i] = vec4<f32>(particle.spring.xyz, particle.spring.w * scale);
     return Held(
-        array<vec4<f32>, 3>(),
-        particle.pushes.xyz,
+        array<vec4<f32>, 4>(),
+        particle.pushes,
         size.w,
-        particle.section.w,
+        particle.traits.x,
         f32(i) / f32(work.body.segments),
     );
 }
 
 fn gain_of(work: Work, j: u32) -> vec2<f32> {
-    let stiffer = particles[work.first + j].pushes.w;
+    let stiffer = particles[work.first + j].traits.y;
     let mobility = at[j].w + at[j + 1u].w;
     let stiffness = iterates[work.read].w;
     if params.pbd != 0u {
@@ -52,7 +52,7 @@ fn finish(work: Work, held: Held, i: u32) {
         relative = vec3<f32>(0.0);
         now = before + displaced;
     }
-    for (var kind = 0u; kind < 2u; kind++) {
+    for (var kind = 0u; kind < 3u; kind++) {
         let normal = held.planes[kind].xyz;
         let depth = held.pushes[kind] * at[i].w;
         let along = relative - normal * math_dot(relative, normal);
@@ -69,7 +69,7 @@ fn store(work: Work, held: Held, i: u32, write: u32) {
     iterates[write + 2u + 2u * i] = vec4<f32>(at[i].xyz, held.radius);
     iterates[write + 3u + 2u * i] = iterates[work.read + 3u + 2u * i];
     particles[work.first + i].spring = vec4<f32>(pull[i].xyz, particles[work.first + i].spring.w);
-    particles[work.first + i].pushes = vec4<f32>(held.pushes, particles[work.first + i].pushes.w);
+    particles[work.first + i].pushes = held.pushes;
     if params.ends_substep != 0u {
         finish(work, held, i);
     }

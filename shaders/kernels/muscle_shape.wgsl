@@ -1,4 +1,4 @@
-// Muscle ends from their joints, the axis between them, and width at constant volume. One thread per muscle of every
+// Muscle ends from their joints, the axis between them or as the dynamics left it, and width at constant volume. One thread per muscle of every
 // instance.
 
 @group(0) @binding(0) var<uniform> params: MuscleParams;
@@ -8,6 +8,7 @@
 @group(0) @binding(4) var<storage, read> groups: array<GroupFrame>;
 @group(0) @binding(5) var<storage, read_write> shaped: array<MuscleFrame>;
 @group(0) @binding(6) var<storage, read_write> axes: array<AxisPoint>;
+@group(0) @binding(7) var<storage, read> iterates: array<vec4<f32>>;
 
 override MIN_LENGTH: f32;
 override LEAST_SUPPORT_RADII: f32;
@@ -78,7 +79,14 @@ fn main(
     let insertion_normal =
         math_transform_vector(to_rest, math_transform_vector(insertion_matrix, rest.insertion_normal.xyz));
     let first = instance * params.point_count + rest.first_point;
-    straighten(first, rest.segments, origin, insertion);
+    if params.moving == 0u {
+        straighten(first, rest.segments, origin, insertion);
+    } else {
+        let moved = dynamics_run(instance, index - instance * params.muscle_count, rest.first_point, 0u) + 2u;
+        for (var i = 0u; i <= rest.segments; i++) {
+            axes[first + i].position = vec4<f32>(math_transform_point(to_rest, iterates[moved + 2u * i].xyz), 0.0);
+        }
+    }
     let length = axis_frame(first, rest.segments, origin_normal, insertion_normal);
     shaped[index] = shape(rest, inputs[index], first, length);
 }

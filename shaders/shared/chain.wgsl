@@ -10,10 +10,10 @@ var<workgroup> pull: array<vec4<f32>, 64>;
 var<workgroup> gains: array<vec2<f32>, 64>;
 var<workgroup> changes: array<vec4<f32>, 64>;
 
-// Planes of one particle and their multipliers: muscle, bone, skin.
+// Planes of one particle and their multipliers: two muscles, bone, skin.
 struct Held {
-    planes: array<vec4<f32>, 3>,
-    pushes: vec3<f32>,
+    planes: array<vec4<f32>, 4>,
+    pushes: vec4<f32>,
     radius: f32,
     clear: f32,
     share: f32,
@@ -58,7 +58,7 @@ fn chain_apply(i: u32) {
 // Projects a particle on its planes, one after the other. A plane takes back what it pushed too far, and never pulls.
 fn chain_hold(held: ptr<function, Held>, i: u32) {
     var p = at[i];
-    for (var kind = 0u; kind < 3u; kind++) {
+    for (var kind = 0u; kind < 4u; kind++) {
         let plane = (*held).planes[kind];
         let depth = plane.w - math_dot(plane.xyz, p.xyz);
         let push = max((*held).pushes[kind] + depth / p.w, 0.0);
@@ -73,7 +73,7 @@ fn chain_hold_averaged(held: ptr<function, Held>, i: u32) {
     let p = at[i];
     var pushes = (*held).pushes;
     var count = 0.0;
-    for (var kind = 0u; kind < 3u; kind++) {
+    for (var kind = 0u; kind < 4u; kind++) {
         let plane = (*held).planes[kind];
         let depth = plane.w - math_dot(plane.xyz, p.xyz);
         let next = max(pushes[kind] + depth / p.w, 0.0);
@@ -84,7 +84,7 @@ fn chain_hold_averaged(held: ptr<function, Held>, i: u32) {
         return;
     }
     var moved_by = vec3<f32>(0.0);
-    for (var kind = 0u; kind < 3u; kind++) {
+    for (var kind = 0u; kind < 4u; kind++) {
         let change = (pushes[kind] - (*held).pushes[kind]) / count;
         moved_by += (*held).planes[kind].xyz * (change * p.w);
         (*held).pushes[kind] += change;

@@ -110,10 +110,8 @@ pub struct Bodies {
 impl Bodies {
     /// The bodies of a rig's muscles, on their axes in the rest pose.
     pub fn new(rig: &Rig) -> Bodies {
-        let mut bodies = Bodies {
-            bones: rig.bones.iter().map(|bone| bone_rest(rig, bone)).collect(),
-            ..Bodies::default()
-        };
+        let mut bodies =
+            Bodies { bones: rig.bones.iter().map(|bone| bone_rest(rig, bone)).collect(), ..Bodies::default() };
         let (_, axes) = rig.muscles_at_rest();
         for (index, rest) in rig.muscles.iter().enumerate() {
             let spec = &rig.specs[rig.spec_of[index] as usize];

@@ -88,7 +88,8 @@ impl Clock {
             let settling = (options.settle * options.rate as f32).round().max(0.0) as u32;
             *self = Clock { at: Some(last as i64), age: 0, joints: joints.to_vec() };
             // Joints stand still while muscles settle, so that no share matters.
-            let clock = StepClock { turns: settling, settling, fade, full_retention: retention, ..StepClock::default() };
+            let clock =
+                StepClock { turns: settling, settling, fade, full_retention: retention, ..StepClock::default() };
             return Turn { clock, starts, joints_before: joints.to_vec() };
         }
         let at = self.at.unwrap_or_default() as f64;

@@ -2,21 +2,19 @@
 
 use super::{
     Kernels, RigBuffers,
+    buffers::{Buffers, Prepared, prepare},
     output::{Output, OutputLayout},
-    rig_buffers::{MIN_BYTES, fits},
 };
 use crate::{
+    dynamics::{Clock, DynamicsParams},
     error::{PoseError, SetupError},
-    field::{
-        evaluate::GroupFrame,
-        muscle::{AxisPoint, MuscleFrame, MuscleInput},
-    },
-    kernel::{WORKGROUP, dispatch},
+    field::muscle::AxisPoint,
+    kernel::{dispatch, kernel},
     normals::NormalParams,
-    rig::{FrameInputs, JointFrame, Pose},
-    schedule::{self, Counts, FrameOptions, KernelId, Positions, Step},
+    rig::{FrameInputs, Pose},
+    schedule::{self, Counts, DynamicsOptions, FrameOptions, Positions, Step},
     skinning::VertexParams,
-    tracking::{MarchParams, MarchReport},
+    tracking::MarchParams,
     wrap::MuscleParams,
 };
 use std::sync::Arc;
@@ -33,32 +31,11 @@ pub struct Batch {
     buffers: Buffers,
     layout: OutputLayout,
     pipelines: Vec<Prepared>,
-}
-
-/// A kernel with what it binds for one choice of source positions.
-#[derive(Debug)]
-struct Prepared {
-    kernel: KernelId,
-    reads: Option<Positions>,
-    pipeline: wgpu::ComputePipeline,
-    bindings: wgpu::BindGroup,
-}
-
-#[derive(Debug)]
-struct Buffers {
-    joints: wgpu::Buffer,
-    groups: wgpu::Buffer,
-    muscle_inputs: wgpu::Buffer,
-    muscles: wgpu::Buffer,
-    axes: wgpu::Buffer,
-    skinned: wgpu::Buffer,
-    tracked: wgpu::Buffer,
-    reports: wgpu::Buffer,
-    output: wgpu::Buffer,
-    vertex_params: wgpu::Buffer,
-    muscle_params: wgpu::Buffer,
-    march_params: wgpu::Buffer,
-    normal_params: wgpu::Buffer,
+    options: FrameOptions,
+    /// Per instance, where its dynamics stand.
+    clocks: Vec<Clock>,
+    /// Per instance, substeps of its last pose.
+    turns: Vec<u32>,
 }
 
 impl Batch {
@@ -78,19 +55,20 @@ impl Batch {
         let counts = counts(rig);
         let (buffers, layout) = Buffers::new(device, rig, &counts, count, output)?;
         let pipelines = prepare(kernels, device, rig, &buffers)?;
-        let mut batch = Batch { rig: Arc::clone(rig), count, steps: Vec::new(), buffers, layout, pipelines };
+        let mut batch = Batch {
+            rig: Arc::clone(rig),
+            count,
+            steps: Vec::new(),
+            buffers,
+            layout,
+            pipelines,
+            options: FrameOptions::default(),
+            clocks: vec![Clock::default(); count as usize],
+            turns: vec![0; count as usize],
+        };
         let joint_count = rig.rig.character.joints.len() as u32;
         let vertex = VertexParams { vertex_count: counts.vertices, instance_count: count, joint_count, pad_0: 0 };
-        let muscle = MuscleParams {
-            muscle_count: counts.muscles,
-            instance_count: count,
-            joint_count,
-            group_count: counts.groups,
-            point_count: counts.points,
-            ..MuscleParams::default()
-        };
         queue.write_buffer(&batch.buffers.vertex_params, 0, bytemuck::bytes_of(&vertex));
-        queue.write_buffer(&batch.buffers.muscle_params, 0, bytemuck::bytes_of(&muscle));
         batch.set_options(queue, &FrameOptions::default());
         let rest = FrameInputs::new(&rig.rig, &Pose::rest(&rig.rig.character)).unwrap_or_default();
         for instance in 0..count {
@@ -102,7 +80,13 @@ impl Batch {
     /// Chooses what the following frames compute.
     pub fn set_options(&mut self, queue: &wgpu::Queue, options: &FrameOptions) {
         let counts = counts(&self.rig);
-        self.steps = schedule::frame(&counts, options);
+        if counts.dynamics(options) != counts.dynamics(&self.options) {
+            self.clocks.fill(Clock::default());
+            self.turns.fill(0);
+        }
+        self.options = *options;
+        self.plan();
+        self.write_dynamics(queue);
         let march = MarchParams::new(&counts, self.count, &options.march);
         let normal = NormalParams {
             vertex_count: counts.vertices,
@@ -118,7 +102,47 @@ impl Batch {
         queue.write_buffer(&self.buffers.normal_params, 0, bytemuck::bytes_of(&normal));
     }
 
-    /// Poses one instance.
+    /// Lists the steps of the coming frame.
+    fn plan(&mut self) {
+        let joints = self.rig.rig.character.joints.len() as u32;
+        let turns = self.turns.iter().copied().max().unwrap_or(0);
+        self.steps = schedule::frame(&counts(&self.rig), &self.options, joints, turns);
+    }
+
+    fn write_dynamics(&self, queue: &wgpu::Queue) {
+        let counts = counts(&self.rig);
+        let joint_count = self.rig.rig.character.joints.len() as u32;
+        let dynamics = counts.dynamics(&self.options);
+        let muscle = MuscleParams {
+            muscle_count: counts.muscles,
+            instance_count: self.count,
+            joint_count,
+            group_count: counts.groups,
+            point_count: counts.points,
+            moving: dynamics.is_some().into(),
+            ..MuscleParams::default()
+        };
+        queue.write_buffer(&self.buffers.muscle_params, 0, bytemuck::bytes_of(&muscle));
+        let Some(options) = dynamics else { return };
+        let params = |outer| DynamicsParams::new(&counts, self.count, joint_count, &options, outer);
+        for (outer, buffer) in (0..).zip(&self.buffers.outer_params) {
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&params(outer)));
+        }
+        let carry = DynamicsParams { carries: 1, ..params(0) };
+        queue.write_buffer(&self.buffers.carry_params, 0, bytemuck::bytes_of(&carry));
+    }
+
+    /// Lets an instance's next pose start its dynamics anew, as after a teleport.
+    ///
+    /// # Panics
+    /// `instance` is not below the batch's count.
+    pub fn reset(&mut self, instance: u32) {
+        assert!(instance < self.count, "instance {instance} of a batch of {}", self.count);
+        self.clocks[instance as usize].reset();
+    }
+
+    /// Poses one instance. With dynamics, each pose moves the instance's muscles on to its time: encode and submit a frame
+    /// after each.
     ///
     /// # Errors
     /// The pose is another character's or not finite; nothing has been written then.
@@ -129,7 +153,34 @@ impl Batch {
         assert!(instance < self.count, "instance {instance} of a batch of {}", self.count);
         let inputs = FrameInputs::new(&self.rig.rig, pose)?;
         self.write(queue, instance, &inputs);
+        if let Some(options) = counts(&self.rig).dynamics(&self.options) {
+            self.advance(queue, instance, &inputs, f64::from(pose.time), &options);
+        }
         Ok(())
+    }
+
+    /// Moves an instance's clock on, and puts its muscles in place where a motion starts.
+    fn advance(
+        &mut self,
+        queue: &wgpu::Queue,
+        instance: u32,
+        inputs: &FrameInputs,
+        time: f64,
+        options: &DynamicsOptions,
+    ) {
+        let turn = self.clocks[instance as usize].advance(time, &inputs.joints, options);
+        let put = |buffer: &wgpu::Buffer, bytes: &[u8]| {
+            queue.write_buffer(buffer, u64::from(instance) * bytes.len() as u64, bytes);
+        };
+        put(&self.buffers.clocks, bytemuck::bytes_of(&turn.clock));
+        put(&self.buffers.joints_before, bytemuck::cast_slice(&turn.joints_before));
+        if turn.starts {
+            let particles = self.rig.bodies_rest.particles(&inputs.joints);
+            put(&self.buffers.particles, bytemuck::cast_slice(&particles));
+            put(&self.buffers.axes, bytemuck::cast_slice(&vec![AxisPoint::default(); particles.len()]));
+        }
+        self.turns[instance as usize] = turn.clock.turns;
+        self.plan();
     }
 
     fn write(&self, queue: &wgpu::Queue, instance: u32, inputs: &FrameInputs) {
@@ -158,10 +209,14 @@ impl Batch {
         let descriptor = wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes };
         let mut pass = encoder.begin_compute_pass(&descriptor);
         for step in self.steps.iter().filter(|step| chosen(step)) {
-            let matches = |p: &&Prepared| p.kernel == step.kernel && (p.reads.is_none() || p.reads == step.reads);
+            let matches = |p: &&Prepared| {
+                p.kernel == step.kernel
+                    && (p.reads.is_none() || p.reads == step.reads)
+                    && p.part.is_none_or(|part| part == (step.outer, step.carries))
+            };
             let Some(prepared) = self.pipelines.iter().find(matches) else { continue };
             let threads = u64::from(step.items) * u64::from(self.count);
-            if let Some([x, y]) = dispatch::groups(threads, WORKGROUP) {
+            if let Some([x, y]) = dispatch::groups(threads, kernel(step.kernel).items_per_workgroup) {
                 pass.set_pipeline(&prepared.pipeline);
                 pass.set_bind_group(0, &prepared.bindings, &[]);
                 pass.dispatch_workgroups(x, y, 1);
@@ -210,6 +265,16 @@ impl Batch {
     /// Points of the muscles' axes in the last frame ([`AxisPoint`]), instance after instance.
     pub fn axes(&self) -> &wgpu::Buffer {
         &self.buffers.axes
+    }
+
+    /// Points of the muscles in motion ([`crate::dynamics::Particle`]), instance after instance.
+    pub fn particles(&self) -> &wgpu::Buffer {
+        &self.buffers.particles
+    }
+
+    /// What muscles see of one another ([`axis::half`](crate::field::muscle::axis::half)), two halves an instance.
+    pub fn iterates(&self) -> &wgpu::Buffer {
+        &self.buffers.iterates
     }
 
     /// How the march of every vertex ended ([`MarchReport`]), instance after instance.
@@ -275,124 +340,4 @@ fn counts(rig: &RigBuffers) -> Counts {
         points: rig.rig.point_count,
         groups: rig.rig.grids.len() as u32,
     }
-}
-
-impl Buffers {
-    fn new(
-        device: &wgpu::Device,
-        rig: &RigBuffers,
-        counts: &Counts,
-        count: u32,
-        output: Output,
-    ) -> Result<(Buffers, OutputLayout), SetupError> {
-        let times = |items: u32, size: usize| u64::from(items) * u64::from(count) * size as u64;
-        let joint_count = rig.rig.character.joints.len() as u32;
-        let layout = output.layout();
-        let sizes = [
-            ("joints", times(joint_count, size_of::<JointFrame>())),
-            ("groups", times(counts.groups, size_of::<GroupFrame>())),
-            ("muscle inputs", times(counts.muscles, size_of::<MuscleInput>())),
-            ("shaped muscles", times(counts.muscles, size_of::<MuscleFrame>())),
-            ("muscle axes", times(counts.points, size_of::<AxisPoint>())),
-            ("skinned positions", times(counts.vertices, 16)),
-            ("tracked positions", times(counts.vertices, 16)),
-            ("march reports", times(counts.vertices, size_of::<MarchReport>())),
-            ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count))),
-        ];
-        let limits = device.limits();
-        for (name, bytes) in &sizes {
-            fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
-        }
-        output.check(sizes[8].1, &limits)?;
-        let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
-        let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
-        let buffers = Buffers {
-            joints: storage(sizes[0]),
-            groups: storage(sizes[1]),
-            muscle_inputs: storage(sizes[2]),
-            muscles: storage(sizes[3]),
-            axes: storage(sizes[4]),
-            skinned: storage(sizes[5]),
-            tracked: storage(sizes[6]),
-            reports: storage(sizes[7]),
-            output: match output {
-                Output::Caller { buffer, .. } => buffer,
-                Output::Owned => {
-                    buffer(device, sizes[8].0, sizes[8].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
-                }
-            },
-            vertex_params: uniform("vertex params", size_of::<VertexParams>()),
-            muscle_params: uniform("muscle params", size_of::<MuscleParams>()),
-            march_params: uniform("march params", size_of::<MarchParams>()),
-            normal_params: uniform("normal params", size_of::<NormalParams>()),
-        };
-        Ok((buffers, layout))
-    }
-}
-
-fn buffer(device: &wgpu::Device, name: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(&format!("sinew.{name}")),
-        size: bytes.max(MIN_BYTES).next_multiple_of(4),
-        usage: usage | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    })
-}
-
-fn prepare(
-    kernels: &Kernels,
-    device: &wgpu::Device,
-    rig: &RigBuffers,
-    b: &Buffers,
-) -> Result<Vec<Prepared>, SetupError> {
-    let make = |kernel, reads, buffers: &[(&str, &wgpu::Buffer)]| {
-        let bindings = kernels.bind(device, kernel, buffers)?;
-        Ok(Prepared { kernel, reads, pipeline: kernels.pipeline(kernel).clone(), bindings })
-    };
-    let skin = [
-        ("params", &b.vertex_params),
-        ("joints", &b.joints),
-        ("positions_rest", &rig.positions_rest),
-        ("offsets", &rig.influence_offsets),
-        ("influences", &rig.influences),
-        ("skinned", &b.skinned),
-    ];
-    let shape = [
-        ("params", &b.muscle_params),
-        ("muscles_rest", &rig.muscles),
-        ("inputs", &b.muscle_inputs),
-        ("joints", &b.joints),
-        ("groups", &b.groups),
-        ("shaped", &b.muscles),
-        ("axes", &b.axes),
-    ];
-    let march = [
-        ("params", &b.march_params),
-        ("groups", &b.groups),
-        ("nodes", &rig.nodes),
-        ("muscles", &b.muscles),
-        ("axes", &b.axes),
-        ("targets", &rig.targets),
-        ("skinned", &b.skinned),
-        ("tracked", &b.tracked),
-        ("reports", &b.reports),
-    ];
-    let normals = |positions| {
-        [
-            ("params", &b.normal_params),
-            ("triangles", &rig.corners),
-            ("fans", &rig.fans),
-            ("members", &rig.fan_members),
-            ("positions", positions),
-            ("vertices", &b.output),
-        ]
-    };
-    Ok(vec![
-        make(KernelId::SkinLinear, None, &skin)?,
-        make(KernelId::SkinDualQuaternion, None, &skin)?,
-        make(KernelId::MuscleShape, None, &shape)?,
-        make(KernelId::March, None, &march)?,
-        make(KernelId::Normals, Some(Positions::Skinned), &normals(&b.skinned))?,
-        make(KernelId::Normals, Some(Positions::Tracked), &normals(&b.tracked))?,
-    ])
 }

@@ -3,6 +3,7 @@
 //!
 //! On this path the library never submits, polls, maps or makes a device: only [`Headless`] and [`readback`] do.
 
+mod buffers;
 mod headless;
 mod instance;
 mod kernels;

@@ -1,6 +1,6 @@
 //! A character's static data on the device, uploaded once and shared by all its instances.
 
-use crate::{error::SetupError, rig::Rig};
+use crate::{dynamics::Bodies, error::SetupError, rig::Rig};
 use std::sync::Arc;
 use wgpu::util::DeviceExt;
 
@@ -8,6 +8,7 @@ use wgpu::util::DeviceExt;
 #[derive(Debug)]
 pub struct RigBuffers {
     pub(super) rig: Arc<Rig>,
+    pub(super) bodies_rest: Arc<Bodies>,
     pub(super) positions_rest: wgpu::Buffer,
     pub(super) influence_offsets: wgpu::Buffer,
     pub(super) influences: wgpu::Buffer,
@@ -17,6 +18,9 @@ pub struct RigBuffers {
     pub(super) corners: wgpu::Buffer,
     pub(super) fans: wgpu::Buffer,
     pub(super) fan_members: wgpu::Buffer,
+    pub(super) bodies: wgpu::Buffer,
+    pub(super) bones: wgpu::Buffer,
+    pub(super) links: wgpu::Buffer,
 }
 
 impl RigBuffers {
@@ -26,7 +30,8 @@ impl RigBuffers {
     /// A buffer would be larger than the device allows; nothing has been allocated then.
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
-        let data: [(&'static str, &[u8]); 9] = [
+        let bodies_rest = Arc::new(Bodies::new(&rig));
+        let data: [(&'static str, &[u8]); 12] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
@@ -36,15 +41,15 @@ impl RigBuffers {
             ("triangles", bytemuck::cast_slice(&rig.topology.corners)),
             ("fans", bytemuck::cast_slice(&rig.topology.fans)),
             ("fan members", bytemuck::cast_slice(&rig.topology.members)),
+            ("muscle bodies", bytemuck::cast_slice(&bodies_rest.muscles)),
+            ("bones", bytemuck::cast_slice(&bodies_rest.bones)),
+            ("links", bytemuck::cast_slice(&bodies_rest.links)),
         ];
         let limits = device.limits();
         for (name, bytes) in &data {
             fits(&limits, &format!("`{}`: {name}", character.name), bytes.len() as u64)?;
         }
-        let [positions_rest, influence_offsets, influences, muscles, nodes, targets, corners, fans, fan_members] =
-            data.map(|(name, bytes)| upload(device, name, bytes));
-        Ok(RigBuffers {
-            rig,
+        let [
             positions_rest,
             influence_offsets,
             influences,
@@ -54,6 +59,25 @@ impl RigBuffers {
             corners,
             fans,
             fan_members,
+            bodies,
+            bones,
+            links,
+        ] = data.map(|(name, bytes)| upload(device, name, bytes));
+        Ok(RigBuffers {
+            rig,
+            bodies_rest,
+            positions_rest,
+            influence_offsets,
+            influences,
+            muscles,
+            nodes,
+            targets,
+            corners,
+            fans,
+            fan_members,
+            bodies,
+            bones,
+            links,
         })
     }
 

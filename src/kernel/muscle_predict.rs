@@ -3,7 +3,7 @@
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     dynamics::{DynamicsParams, MovedJoint, MuscleBody, Particle, StepClock, predict},
-    field::muscle::MuscleInput,
+    field::muscle::{AxisPoint, MuscleInput},
     schedule::KernelId,
 };
 
@@ -30,6 +30,7 @@ const STRUCTS: &[SharedStruct] = &[
     shared::<MuscleBody>(),
     shared::<MuscleInput>(),
     shared::<MovedJoint>(),
+    shared::<AxisPoint>(),
     shared::<Particle>(),
     shared::<StepClock>(),
 ];
@@ -39,6 +40,7 @@ const BINDINGS: &[Binding] = &[
     read("bodies"),
     read("inputs"),
     read("moved"),
+    read("axes"),
     write("particles"),
     write("iterates"),
     write("clocks"),

@@ -16,7 +16,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleShape,
     stem: "muscle_shape",
     source: include_str!("../../shaders/kernels/muscle_shape.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::AXIS],
+    parts: &[source::DISPATCH, source::MATH, source::AXIS, source::RUN],
     structs: STRUCTS,
     constants: &[
         ("MIN_LENGTH", muscle::MIN_LENGTH as f64),
@@ -49,4 +49,5 @@ const BINDINGS: &[Binding] = &[
     read("groups"),
     write("shaped"),
     write("axes"),
+    read("iterates"),
 ];

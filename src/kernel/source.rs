@@ -123,7 +123,21 @@ pub const CONTACT: Part = Part {
 
 /// Every shared part.
 pub const PARTS: [Part; 15] = [
-    DISPATCH, MATH, TRANSFER, AXIS, NEAREST, PROFILE, MUSCLE, MUSCLE_FIELD, GRID, FIELD, CONTACT, RUN, TOUCH, CHAIN, HOLD,
+    DISPATCH,
+    MATH,
+    TRANSFER,
+    AXIS,
+    NEAREST,
+    PROFILE,
+    MUSCLE,
+    MUSCLE_FIELD,
+    GRID,
+    FIELD,
+    CONTACT,
+    RUN,
+    TOUCH,
+    CHAIN,
+    HOLD,
 ];
 
 /// An assembled kernel.

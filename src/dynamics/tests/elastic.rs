@@ -29,7 +29,8 @@ fn quarter(fps: f64, tendon: f32, stiffness: f32, options: &DynamicsOptions) -> 
     loop {
         time += 1.0 / fps;
         simulation.advance(NO_SKIN, &frame, time, options);
-        let middle = (f64::from(simulation.particles[14].position.x) + f64::from(simulation.particles[15].position.x)) / 2.0;
+        let middle =
+            (f64::from(simulation.particles[14].position.x) + f64::from(simulation.particles[15].position.x)) / 2.0;
         if middle <= 0.0 {
             return time - (1.0 / fps) * -middle / (before - middle);
         }
@@ -44,16 +45,38 @@ fn explore() {
         for (inner, outer) in [(8, 2), (15, 1), (60, 2)] {
             let o = DynamicsOptions { frequency: f, inner, outer, ..options() };
             let q = quarter(240.0, 0.0, 0.4, &o);
-            println!("f {f} inner {inner} outer {outer}: quarter {q:.5} analytic {:.5} ratio {:.3}; tendons {:.3}; jacobi {:.3}", 0.25 / f, q * 4.0 * f64::from(f), quarter(240.0, 0.1, 0.4, &o)*4.0*f64::from(f), quarter(240.0, 0.0, 0.4, &DynamicsOptions{solver: Solver::Jacobi, ..o})*4.0*f64::from(f));
+            println!(
+                "f {f} inner {inner} outer {outer}: quarter {q:.5} analytic {:.5} ratio {:.3}; tendons {:.3}; jacobi {:.3}",
+                0.25 / f,
+                q * 4.0 * f64::from(f),
+                quarter(240.0, 0.1, 0.4, &o) * 4.0 * f64::from(f),
+                quarter(240.0, 0.0, 0.4, &DynamicsOptions { solver: Solver::Jacobi, ..o }) * 4.0 * f64::from(f)
+            );
         }
     }
     for rate in [60, 120, 240] {
-        let o = DynamicsOptions { rate, retention: 1.0, settle: 0.0, fade: 0.0, contacts: Contacts::NONE, ..DynamicsOptions::pbd() };
-        println!("pbd rate {rate}: {:.4} jacobi {:.4}", quarter(rate.into(), 0.0, 0.4, &o), quarter(rate.into(), 0.0, 0.4, &DynamicsOptions{solver: Solver::Jacobi, ..o}));
+        let o = DynamicsOptions {
+            rate,
+            retention: 1.0,
+            settle: 0.0,
+            fade: 0.0,
+            contacts: Contacts::NONE,
+            ..DynamicsOptions::pbd()
+        };
+        println!(
+            "pbd rate {rate}: {:.4} jacobi {:.4}",
+            quarter(rate.into(), 0.0, 0.4, &o),
+            quarter(rate.into(), 0.0, 0.4, &DynamicsOptions { solver: Solver::Jacobi, ..o })
+        );
     }
-    for fps in [24.0, 30.0, 60.0, 120.0] { println!("fps {fps} {:.5}", quarter(fps, 0.1, 0.4, &options())); }
+    for fps in [24.0, 30.0, 60.0, 120.0] {
+        println!("fps {fps} {:.5}", quarter(fps, 0.1, 0.4, &options()));
+    }
     let _ = Mode::Pbd;
     let mut s = plucked(0.1, &options());
     let frame = inputs(&[Mat4::IDENTITY; 2], 1, 0.4);
-    for k in 0..40 { s.advance(NO_SKIN, &frame, (k+1) as f64/240.0, &options()); println!("{} {:?}", k, s.particles[15].position.xyz()); }
+    for k in 0..40 {
+        s.advance(NO_SKIN, &frame, (k + 1) as f64 / 240.0, &options());
+        println!("{} {:?}", k, s.particles[15].position.xyz());
+    }
 }

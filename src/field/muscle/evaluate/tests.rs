@@ -43,7 +43,7 @@ fn exact(points: &[AxisPoint], k: usize, q: Vec3) -> (f64, f64) {
 fn a_key_names_a_segment_as_near_as_the_nearest() {
     let (mut next_fails, mut seen) = (0, 0);
     for (_, points) in [muscle(0.0, (3, 3)), arc_muscle(2.6, 29, (3, 3), 0.0), arc_muscle(1.0, 5, (3, 3), 0.0)] {
-        for u in spread(20_000) {
+        for u in spread(1..20_001).collect::<Vec<_>>() {
             // Near the axis, as far as a muscle reaches, and far beyond.
             let at = points[seen % points.len()].position.xyz();
             let q = at + (u - 0.5) * [1e-5, 1e-3, 0.02, 0.2, 5.0][seen / 7 % 5];
