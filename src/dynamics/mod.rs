@@ -37,7 +37,8 @@ pub(crate) use {
 };
 
 pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};
-pub use clock::{Clock, StepClock};
+pub use clock::{Clock, StepClock, Turn};
+pub use contact::Surroundings;
 pub use joints::MovedJoint;
 pub use simulation::{Simulation, Skins, settle};
 
