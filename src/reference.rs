@@ -81,13 +81,34 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// The pose is another character's or not finite; the motion has not changed then.
     pub fn next(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
+        self.play_where(motion, pose, options, |_| true)
+    }
+
+    /// Goes on to the next frame of a motion without its skin: only muscles are moved and shaped. What comes after is the
+    /// same, to the bit, as after [`Reference::next`].
+    ///
+    /// # Errors
+    /// As [`Reference::next`].
+    pub fn advance(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
+        self.play_where(motion, pose, options, Step::is_of_muscles)
+    }
+
+    /// Plays the chosen steps of the next frame.
+    fn play_where(
+        &self,
+        motion: &mut Motion,
+        pose: &Pose,
+        options: &FrameOptions,
+        chosen: impl Fn(&Step) -> bool,
+    ) -> Result<Trace, PoseError> {
         let inputs = FrameInputs::new(self.rig, pose)?;
         let counts = counts(self.rig);
         let turns = match (&mut motion.simulation, counts.dynamics(options)) {
             (Some(simulation), Some(dynamics)) => simulation.begin(&inputs, pose.time.into(), &dynamics),
             _ => 0,
         };
-        let steps = schedule::frame(&counts, options, inputs.joints.len() as u32, turns);
+        let mut steps = schedule::frame(&counts, options, inputs.joints.len() as u32, turns);
+        steps.retain(chosen);
         let mut trace = Trace {
             steps,
             skinned: Vec::new(),

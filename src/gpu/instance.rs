@@ -317,6 +317,11 @@ impl Instance {
         self.batch.set_options(queue, options);
     }
 
+    /// Lets the next pose start its dynamics anew: see [`Batch::reset`].
+    pub fn reset(&mut self) {
+        self.batch.reset(0);
+    }
+
     /// Records one frame. Neither submits, polls nor maps.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
         self.batch.encode(encoder);
