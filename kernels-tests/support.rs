@@ -3,7 +3,7 @@
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use sinew::{
     gpu::{DeviceChoice, Headless, Kernels, readback},
-    kernel::{WORKGROUP, dispatch, kernel},
+    kernel::{dispatch, kernel},
     rig::{
         Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleShape, MuscleSize, MuscleSpec, Part,
         Pose, Rig,
@@ -59,7 +59,7 @@ pub const JUNK: u32 = 0xC0DE_FACE;
 
 /// Runs one kernel on plain bytes: inputs as given, outputs of the given size filled with [`JUNK`] before.
 /// Buffers are bound by name; the outputs come back in the order given.
-pub fn run(gpu: &Gpu, id: KernelId, threads: u64, inputs: &[(&str, &[u8])], outputs: &[(&str, usize)]) -> Vec<Vec<u8>> {
+pub fn run(gpu: &Gpu, id: KernelId, items: u64, inputs: &[(&str, &[u8])], outputs: &[(&str, usize)]) -> Vec<Vec<u8>> {
     let Gpu { headless, kernels } = gpu;
     let make = |bytes: &[u8]| {
         let size = (bytes.len() as u64).max(256).next_multiple_of(4);
@@ -80,7 +80,7 @@ pub fn run(gpu: &Gpu, id: KernelId, threads: u64, inputs: &[(&str, &[u8])], outp
     let bindings = kernels.bind(&headless.device, id, &named).expect("bindings");
     headless.submit(|encoder| {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        if let Some([x, y]) = dispatch::groups(threads, WORKGROUP) {
+        if let Some([x, y]) = dispatch::groups(items, kernel(id).items_per_workgroup) {
             pass.set_pipeline(kernels.pipeline(id));
             pass.set_bind_group(0, &bindings, &[]);
             pass.dispatch_workgroups(x, y, 1);
