@@ -77,7 +77,7 @@ impl<'a> Playback<'a> {
 mod tests {
     use super::*;
     use crate::args::FrameRange;
-    use crate::deform::{Deformer, Machine, Shaped, Skin};
+    use crate::deform::OnCpu;
     use sinew::clip::ClipChoice;
     use sinew::rig::{BuildOptions, muscle_file};
     use sinew::schedule::{DynamicsOptions, FrameOptions};
@@ -119,5 +119,57 @@ mod tests {
         assert!(parameters(&last) + 0.1 < parameters(&alone), "attack holds it back");
         let quick = rig(text);
         assert_eq!(Playback::new(&scene, &frames, &quick, false).pose(20, &mut Still).expect("a pose"), alone);
+    }
+
+    /// The arm as the command builds it, shaken; and what is asked of its frames.
+    fn shaken() -> (Scene, Arc<Rig>, FrameOptions, Frames) {
+        let scene = sinew::io::gltf::from_bytes(include_bytes!("../../assets/arm.glb"), "arm").expect("the arm");
+        let text = include_str!("../../assets/arm.muscles.toml");
+        let file = muscle_file::parse(text, Path::new("arm.muscles.toml")).expect("good");
+        let options = FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
+        let input = crate::args::Input { file: "arm.glb".into(), muscles: None };
+        let rig = crate::load::rig(&input, &scene, &file, true, options.dynamics.as_ref()).expect("a rig");
+        let clip = scene.choose_clip(Some("shake")).expect("the clip");
+        let frames = Frames { clip, fps: 30.0, range: FrameRange { first: 0, last: 29 } };
+        (scene, Arc::new(rig), options, frames)
+    }
+
+    #[test]
+    fn a_frame_of_moving_muscles_does_not_depend_on_which_others_are_asked_for() {
+        let (scene, rig, options, frames) = shaken();
+        let playback = || Playback::new(&scene, &frames, &rig, true);
+        let skins = |numbers: &[u32], playback: &mut Playback, cpu: &mut OnCpu| {
+            let skin = |&number| {
+                let pose = playback.pose(number, cpu).expect("a pose");
+                cpu.skin(&pose).expect("a frame").positions
+            };
+            numbers.iter().map(skin).last().expect("a frame")
+        };
+        let fresh = || OnCpu::new(&rig, &options);
+        let (mut on, mut whole) = (playback(), fresh());
+        let last = skins(&(0..=20).collect::<Vec<_>>(), &mut on, &mut whole);
+        assert_eq!(skins(&[20], &mut playback(), &mut fresh()), last, "alone");
+        assert_eq!(skins(&[3, 4, 11, 20], &mut playback(), &mut fresh()), last, "cut differently");
+        assert_eq!(skins(&[9, 20], &mut on, &mut whole), last, "after going back");
+        assert_eq!(skins(&[20], &mut playback(), &mut whole), last, "on what has played before");
+        // Muscles at rest in the same pose are not where the motion has taken them.
+        let alone = fresh().skin(&frames.pose(&scene, 20)).expect("a frame").positions;
+        let apart = last.iter().zip(&alone).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        assert!(apart > 1e-4, "the motion must be seen: {apart} m");
+    }
+
+    #[test]
+    fn muscles_at_rest_leave_the_skin_where_it_is() {
+        let (scene, rig, options, _) = shaken();
+        let frames = Frames { clip: ClipChoice::Rest, fps: 30.0, range: FrameRange { first: 0, last: 0 } };
+        let moved = |rig: &Arc<Rig>| {
+            let skin = OnCpu::new(rig, &options).skin(&frames.pose(&scene, 0)).expect("a frame");
+            let pairs = skin.positions.iter().zip(&rig.character.positions_rest);
+            pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max) / rig.character.height_rest()
+        };
+        assert!(moved(&rig) < 1e-5, "{} of the height", moved(&rig));
+        let file = muscle_file::parse(include_str!("../../assets/arm.muscles.toml"), Path::new("m")).expect("good");
+        let straight = Rig::build(scene.character.clone(), &file.muscles, &BuildOptions::default()).expect("a rig");
+        assert!(moved(&Arc::new(straight)) > 1e-5, "axes that have not settled must be seen");
     }
 }
