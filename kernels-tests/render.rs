@@ -83,7 +83,7 @@ impl<'a> Studio<'a> {
         let camera = Camera::frame(BOX, from, self.targets.aspect());
         let surfaces: Vec<Surface> =
             things.iter().map(|t| Surface { mesh: &t.mesh, vertices: t.vertices.slice(..), model: t.model }).collect();
-        let frame = Frame { camera: &camera, view, light, surfaces: &surfaces, solids };
+        let frame = Frame { camera: &camera, view, light, surfaces: &surfaces, solids, marks: &[] };
         self.renderer.draw(self.headless, &self.targets, &frame).unwrap()
     }
 
@@ -351,7 +351,8 @@ fn meshes_that_point_nowhere_are_refused() {
     let camera = Camera::frame(BOX, Direction::FRONT, 1.0);
     let draw = |vertices: &wgpu::Buffer, solids: &[ColorMesh]| {
         let surfaces = [Surface { mesh: &good, vertices: vertices.slice(..), model: Mat4::IDENTITY }];
-        let frame = Frame { camera: &camera, view: View::Xray, light: Light::Studio, surfaces: &surfaces, solids };
+        let frame =
+            Frame { camera: &camera, view: View::Xray, light: Light::Studio, surfaces: &surfaces, solids, marks: &[] };
         studio.renderer.draw(&headless, &studio.targets, &frame)
     };
     let enough = vertex_buffer(&headless, &[Vec3::ZERO; 3], &[Vec3::Z; 3]).unwrap();

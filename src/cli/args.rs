@@ -1,5 +1,9 @@
 //! The command line.
 
+mod dynamics;
+
+pub use dynamics::Dynamics;
+
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
 use sinew::figures::Figure;
 use sinew::rig::muscle_file::Settings;
@@ -112,6 +116,8 @@ pub struct Demo {
     pub size: Size,
     #[command(flatten)]
     pub compute: Compute,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
@@ -164,6 +170,8 @@ pub struct Render {
     /// How the skin is deformed
     #[arg(long, value_enum, default_value = "implicit")]
     pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// What is drawn
     #[arg(long, value_enum, default_value = "skin")]
     pub view: ViewArg,
@@ -202,6 +210,8 @@ pub struct Bake {
     /// How the skin is deformed
     #[arg(long, value_enum, default_value = "implicit")]
     pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// NAME.pc2, or NAME.obj or a folder for a sequence of OBJ files
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
@@ -226,6 +236,8 @@ pub struct Parity {
     /// How the skin is deformed
     #[arg(long, value_enum, default_value = "implicit")]
     pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,

@@ -312,14 +312,14 @@ impl Instance {
         self.batch.set_pose(queue, 0, pose)
     }
 
-    /// Lets its next pose start its dynamics anew, as after a teleport.
-    pub fn reset(&mut self) {
-        self.batch.reset(0);
-    }
-
     /// Chooses what the following frames compute.
     pub fn set_options(&mut self, queue: &wgpu::Queue, options: &FrameOptions) {
         self.batch.set_options(queue, options);
+    }
+
+    /// Lets the next pose start its dynamics anew: see [`Batch::reset`].
+    pub fn reset(&mut self) {
+        self.batch.reset(0);
     }
 
     /// Records one frame. Neither submits, polls nor maps.
