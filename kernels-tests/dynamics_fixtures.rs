@@ -159,6 +159,7 @@ impl Crowd {
                 spring: Vec3::ZERO.extend(if tendon { length / n } else { 0.02 * length / n }),
                 pushes: Vec4::ZERO,
                 traits: Vec4::new((s.min(1.0 - s) / 0.1).min(1.0), if tendon { 10.0 } else { 1.0 }, 0.0, 0.0),
+                ..Particle::default()
             });
             self.axes
                 .push(AxisPoint { normal: random.vec3().normalize_or(Vec3::X).extend(0.0), ..AxisPoint::default() });
