@@ -90,6 +90,10 @@ mod on_device {
                     all.merge(one);
                 }
             }
+            // Each frame goes on from one state, so that its figures are those of one frame.
+            if let Some(simulation) = &mut motion.simulation {
+                simulation.resume(&gpu.particles, &gpu.axes);
+            }
             // Added up by frame: the reports of a whole clip would take gigabytes.
             for ((_, all), (_, one)) in compared.stops.iter_mut().zip(stop_counts(&trace.reports)) {
                 *all += one;
