@@ -10,6 +10,7 @@ mod fields;
 mod frame;
 mod layout;
 mod march;
+mod motion;
 mod muscle_fixtures;
 mod muscle_sample;
 mod muscle_shape;
