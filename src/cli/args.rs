@@ -143,7 +143,8 @@ pub enum ViewArg {
     Skin,
     /// Muscles under translucent skin, redder where active
     Xray,
-    /// Muscles alone; the long axis of a flat one lies along the `normal` of its muscle file
+    /// Muscles alone; the long axis of a flat one lies along the `normal` of its muscle file. Beads on the axes are black at
+    /// the ends, and blue, amber or green where another muscle, a bone or the skin holds them
     Muscles,
 }
 
