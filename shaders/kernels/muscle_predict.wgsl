@@ -14,6 +14,10 @@ override PI: f32;
 override STRETCH: f32;
 override NOMINAL_STIFFNESS: f32;
 override RATE: f32;
+override JIGGLE_RATE: f32;
+override JIGGLE_DAMPING: f32;
+override JIGGLE_MOST_SHIFT: f32;
+override JIGGLE_MOST_DRIVE: f32;
 
 // nominal 2^((k - .4) / .3), from the series of the exponential.
 fn frequency(k: f32, nominal: f32) -> f32 {
@@ -29,7 +33,11 @@ fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
         return vec2<f32>(input.stiffness, 1.0);
     }
     let segments = f32(body.segments);
-    let cycles = frequency(input.stiffness, params.frequency) * params.seconds;
+    var hertz = body.frequency;
+    if hertz == 0.0 {
+        hertz = frequency(input.stiffness, params.frequency);
+    }
+    let cycles = hertz * params.seconds;
     let compliance = STRETCH / (4.0 * body.insertion.w * cycles * cycles * segments);
     if params.jacobi != 0u {
         return vec2<f32>(compliance, 1.0);
@@ -38,6 +46,43 @@ fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
     let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
     let radius = cosine * 2.0 * body.looseness / (2.0 * body.looseness + compliance);
     return vec2<f32>(compliance, 2.0 / (1.0 + sqrt(max(1.0 - radius * radius, 0.0))));
+}
+
+// Steps the oscillator along the axis by a substep, unless the joints carry, and gives the profile's shift.
+fn jiggle_shift(body: MuscleBody, joint: u32, first: u32, carries: bool, length: f32) -> f32 {
+    if body.jiggle == 0.0 {
+        return 0.0;
+    }
+    var away = particles[first].traits.z;
+    var speed = particles[first].traits.w;
+    if !carries {
+        let last = body.segments;
+        let share = f32(last / 2u) / f32(last);
+        let x = particles[first + last / 2u].position.xyz;
+        let displaced = math_transform_point(moved[joint + body.origin_joint].carry, x) * (1.0 - share)
+            + math_transform_point(moved[joint + body.insertion_joint].carry, x) * share;
+        let velocity = displaced / params.seconds;
+        let before = vec3<f32>(particles[first + 1u].traits.zw, particles[first + 2u].traits.z);
+        let span = particles[first + last].position.xyz - particles[first].position.xyz;
+        let change = (velocity - before) * moved[joint + body.driver].retention;
+        var drive = math_dot(change, span) / max(sqrt(math_dot(span, span)) * length * params.seconds, 1e-9);
+        drive = clamp(drive, -JIGGLE_MOST_DRIVE, JIGGLE_MOST_DRIVE) * body.jiggle;
+        let rate = min(JIGGLE_RATE, 1.0 / params.seconds);
+        let slowed = 1.0 + 2.0 * JIGGLE_DAMPING * rate * params.seconds;
+        speed = (speed - (rate * rate * away + drive) * params.seconds) / slowed;
+        away += speed * params.seconds;
+        if math_not_finite(away) || math_not_finite(speed) {
+            away = 0.0;
+            speed = 0.0;
+        }
+        particles[first].traits.z = away;
+        particles[first].traits.w = speed;
+        particles[first + 1u].traits.z = velocity.x;
+        particles[first + 1u].traits.w = velocity.y;
+        particles[first + 2u].traits.z = velocity.z;
+    }
+    let size = away / JIGGLE_MOST_SHIFT;
+    return away / sqrt(1.0 + size * size);
 }
 
 @compute @workgroup_size(64)
@@ -73,6 +118,7 @@ fn main(
     let carries = moved[joint + body.driver].carries != 0u;
     let scale = max(moved[joint + body.driver].scale, 1e-6);
     let width = input.width * sqrt(body.origin.w / (PI * max(length / scale, 1e-5))) * scale;
+    let shift = jiggle_shift(body, joint, first, carries, length);
     let short_squared = sqrt(1.0 - input.eccentricity * input.eccentricity);
     let from_carry = moved[joint + body.origin_joint].carry;
     let to_carry = moved[joint + body.insertion_joint].carry;
@@ -92,7 +138,7 @@ fn main(
         } else if !carries {
             place = carried + (particle.velocity.xyz * params.seconds - displaced) * retention;
         }
-        let radius = width * profile_at(input.factors, input.exponents, input.terms, share).x;
+        let radius = width * profile_shifted(input.factors, input.exponents, input.terms, shift, share).x;
         particle.position.w = radius;
         var section = math_transform_vector(driver_matrix, axes[first + i].normal.xyz);
         let size = sqrt(math_dot(section, section));
@@ -111,6 +157,7 @@ fn main(
         }
         particles[first + i] = particle;
     }
+    iterates[out + 3u + 2u * last].w = shift;
     let stiffness = stiffness_of(body, input);
     iterates[out] = vec4<f32>(lowest, stiffness.x);
     iterates[out + 1u] = vec4<f32>(highest, stiffness.y);

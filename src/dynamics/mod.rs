@@ -25,6 +25,7 @@ pub mod body;
 mod chain;
 pub mod clock;
 mod contact;
+pub(crate) mod jiggle;
 pub mod joints;
 pub mod predict;
 pub mod project;
@@ -102,7 +103,8 @@ crate::gpu_struct! {
         /// Multipliers of the contacts with two muscles, a bone and the skin, kg m.
         pub pushes: Vec4,
         /// Share of the radius that is kept clear of bones, less than 1 in the tendons; in `y` how many times stiffer than
-        /// the muscle the segment that begins here is; `zw` unused.
+        /// the muscle the segment that begins here is. `zw` of a muscle's first three are the state of its lengthwise
+        /// jiggle ([`jiggle`]), of others unused.
         pub traits: Vec4,
     }
 }
