@@ -8,7 +8,7 @@ mod tube;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use sinew::{
     gpu::{Batch, DeviceChoice, Headless, Kernels, Output, RigBuffers},
-    reference::{Reference, Trace},
+    reference::{Motion, Reference, Trace},
     rig::{FrameInputs, Pose, Rig},
     schedule::{FrameOptions, KernelId, Step},
     skinning::{self, SkinInput},
@@ -79,10 +79,10 @@ fn cpu(criterion: &mut Criterion, cases: &[Case]) {
         });
         let reference = Reference::new(&case.rig);
         let (step, options) = (case.step(KernelId::March), FrameOptions::default());
-        let mut trace = case.trace.clone();
+        let (mut motion, mut trace) = (Motion::default(), case.trace.clone());
         let name = format!("march, {:.1} steps", case.steps());
         group.bench_function(BenchmarkId::new(name, vertices), |b| {
-            b.iter(|| reference.play(&step, &case.inputs, &options, &mut trace));
+            b.iter(|| reference.play(&step, &case.inputs, &options, &mut motion, &mut trace));
         });
         group.bench_function(BenchmarkId::new("whole frame", vertices), |b| {
             b.iter(|| reference.frame(&case.pose, &options));

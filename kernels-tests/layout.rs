@@ -5,7 +5,7 @@ use naga::{
     front::wgsl,
     valid::{Capabilities, ValidationFlags, Validator},
 };
-use sinew::kernel::{Access, KERNELS, Kernel, SharedStruct, WORKGROUP, source::assemble};
+use sinew::kernel::{Access, KERNELS, Kernel, SharedStruct, source::assemble};
 
 fn parse(text: &str) -> Result<naga::Module, String> {
     let module = wgsl::parse_str(text).map_err(|e| e.emit_to_string(text))?;
@@ -83,7 +83,7 @@ fn kernels_are_valid_and_agree_with_their_tables() {
         check_constants(&kernel.all_constants(), &module).unwrap_or_else(|e| panic!("{}: {e}", kernel.stem));
         let [entry] = module.entry_points.as_slice() else { panic!("{}: one entry point each", kernel.stem) };
         assert_eq!((entry.name.as_str(), entry.stage), ("main", ShaderStage::Compute), "{}", kernel.stem);
-        assert_eq!(entry.workgroup_size, [WORKGROUP, 1, 1], "{}", kernel.stem);
+        assert_eq!(entry.workgroup_size, [kernel.workgroup, 1, 1], "{}", kernel.stem);
         let storage = kernel.bindings.iter().filter(|b| b.access != Access::Uniform).count();
         assert!(storage <= 8, "{}: {storage} storage buffers are more than WebGPU promises", kernel.stem);
     }

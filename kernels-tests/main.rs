@@ -5,12 +5,17 @@
 mod bulge;
 mod cli;
 mod doors;
+mod dynamics_fixtures;
 mod field_sample;
 mod fields;
 mod frame;
+mod joint_step;
 mod layout;
 mod march;
+mod motion;
 mod muscle_fixtures;
+mod muscle_predict;
+mod muscle_project;
 mod muscle_sample;
 mod muscle_shape;
 mod normals;

@@ -3,7 +3,7 @@
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use sinew::{
     gpu::{DeviceChoice, Headless, Kernels, readback},
-    kernel::{WORKGROUP, dispatch, kernel},
+    kernel::{dispatch, kernel},
     rig::{
         Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleShape, MuscleSize, MuscleSpec, Part,
         Pose, Rig,
@@ -57,12 +57,14 @@ pub fn gpu() -> Option<MutexGuard<'static, Gpu>> {
 /// Four bytes that no test expects: a kernel that leaves a place unwritten, or reads one, shows it.
 pub const JUNK: u32 = 0xC0DE_FACE;
 
-/// Runs one kernel on plain bytes: inputs as given, outputs of the given size filled with [`JUNK`] before.
-/// Buffers are bound by name; the outputs come back in the order given.
-pub fn run(gpu: &Gpu, id: KernelId, threads: u64, inputs: &[(&str, &[u8])], outputs: &[(&str, usize)]) -> Vec<Vec<u8>> {
+/// Runs one kernel on plain bytes: inputs as given, outputs of the given size filled with [`JUNK`] before. What stands
+/// in both lists starts as given, with [`JUNK`] behind it. Buffers are bound by name; the outputs come back in the order
+/// given.
+pub fn run(gpu: &Gpu, id: KernelId, items: u64, inputs: &[(&str, &[u8])], outputs: &[(&str, usize)]) -> Vec<Vec<u8>> {
     let Gpu { headless, kernels } = gpu;
-    let make = |bytes: &[u8]| {
-        let size = (bytes.len() as u64).max(256).next_multiple_of(4);
+    let make = |name: &str, bytes: &[u8]| {
+        let out = outputs.iter().find(|(n, _)| *n == name).map_or(0, |(_, bytes)| *bytes);
+        let size = (bytes.len().max(out) as u64).max(256).next_multiple_of(4);
         let usage = wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::UNIFORM
             | wgpu::BufferUsages::COPY_DST
@@ -74,13 +76,15 @@ pub fn run(gpu: &Gpu, id: KernelId, threads: u64, inputs: &[(&str, &[u8])], outp
         headless.queue.write_buffer(&buffer, 0, bytes);
         buffer
     };
-    let mut buffers: Vec<(&str, wgpu::Buffer)> = inputs.iter().map(|(name, bytes)| (*name, make(bytes))).collect();
-    buffers.extend(outputs.iter().map(|(name, bytes)| (*name, make(&JUNK.to_le_bytes().repeat(bytes.div_ceil(4))))));
+    let mut buffers: Vec<(&str, wgpu::Buffer)> =
+        inputs.iter().map(|(name, bytes)| (*name, make(name, bytes))).collect();
+    let fresh = outputs.iter().filter(|(name, _)| inputs.iter().all(|(n, _)| n != name));
+    buffers.extend(fresh.map(|(name, _)| (*name, make(name, &[]))));
     let named: Vec<_> = buffers.iter().map(|(name, buffer)| (*name, buffer)).collect();
     let bindings = kernels.bind(&headless.device, id, &named).expect("bindings");
     headless.submit(|encoder| {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        if let Some([x, y]) = dispatch::groups(threads, WORKGROUP) {
+        if let Some([x, y]) = dispatch::groups(items, kernel(id).items_per_workgroup) {
             pass.set_pipeline(kernels.pipeline(id));
             pass.set_bind_group(0, &bindings, &[]);
             pass.dispatch_workgroups(x, y, 1);

@@ -1,7 +1,7 @@
 //! Plays a schedule on the CPU and keeps every intermediate: the judge of the GPU, and what runs without one.
 
 use crate::{
-    dynamics::{Bodies, DynamicsParams, Simulation, Skins},
+    dynamics::{Bodies, DynamicsParams, Particle, Simulation, Skins},
     error::PoseError,
     field::muscle::{AxisPoint, MuscleFrame, axis::half},
     normals::{self, Fans},
@@ -25,6 +25,8 @@ pub struct Trace {
     pub muscles: Vec<MuscleFrame>,
     /// Points of the muscles' axes.
     pub axes: Vec<AxisPoint>,
+    /// Points of the muscles in motion; empty without dynamics.
+    pub particles: Vec<Particle>,
     /// Marched positions; empty without a march.
     pub tracked: Vec<Vec4>,
     /// How each vertex's march ended; empty without a march.
@@ -93,6 +95,7 @@ impl<'a> Reference<'a> {
             skinned: Vec::new(),
             muscles: Vec::new(),
             axes: Vec::new(),
+            particles: Vec::new(),
             tracked: Vec::new(),
             reports: Vec::new(),
             normals: Vec::new(),
@@ -102,6 +105,7 @@ impl<'a> Reference<'a> {
         }
         if let Some(simulation) = &mut motion.simulation {
             simulation.axes.clone_from(&trace.axes);
+            trace.particles.clone_from(&simulation.particles);
         }
         Ok(trace)
     }

@@ -33,7 +33,10 @@ fn rotate(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
 
 // The matrix at a share of the way: rotation by the shorter way, translation and stretch straight.
 fn between(before: JointFrame, now: JointFrame, share: f32) -> mat4x4<f32> {
-    if share <= 0.0 {
+    let a0 = before.matrix;
+    let b0 = now.matrix;
+    let still = all(a0[0] == b0[0]) && all(a0[1] == b0[1]) && all(a0[2] == b0[2]) && all(a0[3] == b0[3]);
+    if share <= 0.0 || still {
         return before.matrix;
     }
     if share >= 1.0 {

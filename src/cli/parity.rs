@@ -24,7 +24,7 @@ mod on_device {
     use crate::progress::Progress;
     use serde::Serialize;
     use sinew::parity::{CpuResult, StageReport, compare, stop_counts};
-    use sinew::reference::Reference;
+    use sinew::reference::{Motion, Reference};
     use sinew::schedule::{FrameOptions, Skinning};
     use std::fmt::Write;
     use std::sync::Arc;
@@ -62,6 +62,7 @@ mod on_device {
         let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
         let mut device = OnDevice::new(headless, &rig, &options)?;
         let reference = Reference::new(&rig);
+        let mut motion = Motion::new(&rig, &options);
         let mut compared = Compared {
             character: scene.character.name.clone(),
             device: device.headless.info.name.clone(),
@@ -78,7 +79,7 @@ mod on_device {
         for &number in &numbers {
             let pose = playback.pose(number)?;
             let gpu = device.stages(&pose)?;
-            let trace = reference.frame(&pose, &options).map_err(Failure::input)?;
+            let trace = reference.next(&mut motion, &pose, &options).map_err(Failure::input)?;
             let stages = compare(&gpu, CpuResult(&trace), scene.character.height_rest());
             if compared.stages.is_empty() {
                 compared.stages = stages;

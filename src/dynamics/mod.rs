@@ -34,7 +34,8 @@ mod simulation;
 pub(crate) use chain::{JACOBI_SHARE, NO_DIRECTION};
 
 pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};
-pub use clock::{Clock, StepClock};
+pub use clock::{Clock, StepClock, Turn};
+pub use contact::Surroundings;
 pub use joints::MovedJoint;
 pub use simulation::{Simulation, Skins, settle};
 

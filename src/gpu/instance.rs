@@ -312,6 +312,11 @@ impl Instance {
         self.batch.set_pose(queue, 0, pose)
     }
 
+    /// Lets its next pose start its dynamics anew, as after a teleport.
+    pub fn reset(&mut self) {
+        self.batch.reset(0);
+    }
+
     /// Chooses what the following frames compute.
     pub fn set_options(&mut self, queue: &wgpu::Queue, options: &FrameOptions) {
         self.batch.set_options(queue, options);

@@ -10,6 +10,7 @@ mod capture;
 pub use capture::capture;
 
 use crate::{
+    dynamics::Particle,
     field::muscle::{AxisPoint, MuscleFrame},
     reference::Trace,
     tracking::{MarchReport, StopReason},
@@ -26,6 +27,8 @@ pub struct GpuResult {
     pub muscles: Vec<MuscleFrame>,
     /// Points of the muscles' axes.
     pub axes: Vec<AxisPoint>,
+    /// Points of the muscles in motion; empty without dynamics.
+    pub particles: Vec<Particle>,
     /// Marched positions; empty without a march.
     pub tracked: Vec<Vec4>,
     /// How each march ended; empty without a march.
@@ -54,6 +57,20 @@ pub const SKINNED: Tolerance = Tolerance { absolute: 1e-6, share_over: 0.0 };
 /// Muscle frames: lengths in heights, directions and widths as they are; one division and two square roots more than
 /// skinning, each good to an ulp or two.
 pub const MUSCLES: Tolerance = Tolerance { absolute: 2e-6, share_over: 0.0 };
+/// Joints of a substep: entries of matrices up to 1 as they are, beyond as a share of the largest one. The inverse of a
+/// joint divides sums of products by its volume, 0.2 and more here, and the change through it multiplies the error once
+/// more: 2^-24 x 16 x 4.
+pub const MOVED_JOINTS: Tolerance = Tolerance { absolute: 4e-6, share_over: 0.0 };
+/// Predicted particles and iterates, as they are up to 1 and as a share beyond: two points carried by matrices, a square
+/// root and a division for the radius, and Young's factor, whose root of a difference from 1 magnifies its error tenfold.
+pub const PREDICTED: Tolerance = Tolerance { absolute: 4e-6, share_over: 0.0 };
+/// Places after one outer iteration, and displacements of its substep, in lengths of the muscle: ten projections of every
+/// constraint of a stable system, each good to 2^-24 of coordinates of the order of 2 m, ten times a muscle's length.
+pub const PROJECTED: Tolerance = Tolerance { absolute: 1e-5, share_over: 0.0 };
+/// Particles after one frame from the same state, in lengths of their muscle: as [`PROJECTED`].
+pub const PARTICLES: Tolerance = Tolerance { absolute: 1e-5, share_over: 0.0 };
+/// Particles of two states that go on side by side.
+pub const PARTICLES_DRIFT: Tolerance = Tolerance { absolute: 1e-3, share_over: 0.0 };
 /// Marched positions, in heights. A vertex stops within a field difference of 1e-4, and where one side takes a step
 /// more than the other they end up to 1e-4 of a support radius apart, 5e-6 of a height. At a pit, where vertices
 /// stop on a ridge of the maximum, the step before decides: a thousandth of the vertices may be over.
@@ -114,6 +131,9 @@ pub fn compare(gpu: &GpuResult, cpu: CpuResult, height: f32) -> Vec<StageReport>
         stages.push(muscles(&gpu.muscles, &trace.muscles, unit));
         stages.push(axes(&gpu.axes, &trace.axes, unit));
     }
+    if !trace.particles.is_empty() {
+        stages.push(particles(gpu, trace, PARTICLES_DRIFT));
+    }
     if !trace.tracked.is_empty() {
         let mut report = vectors("tracked", &gpu.tracked, &trace.tracked, unit, TRACKED);
         let agreement = stop_agreement(&gpu.reports, &trace.reports);
@@ -163,6 +183,20 @@ fn axes(gpu: &[AxisPoint], cpu: &[AxisPoint], unit: f32) -> StageReport {
     });
     measure("muscle axes", gpu.len(), cpu.len(), pairs, MUSCLES)
 }
+
+/// Compares the places of particles, in lengths of their muscle at the frame.
+pub fn particles(gpu: &GpuResult, trace: &Trace, tolerance: Tolerance) -> StageReport {
+    let points = |m: &MuscleFrame| (m.length.max(LEAST_LENGTH), m.segments as usize + 1);
+    let lengths = trace.muscles.iter().map(points).flat_map(|(length, count)| std::iter::repeat_n(length, count));
+    let pairs = gpu.particles.iter().zip(&trace.particles).zip(lengths).map(|((g, c), length)| {
+        let size = g.position.xyz().length().max(c.position.xyz().length());
+        ((g.position.xyz() - c.position.xyz()).length() / length, size / length)
+    });
+    measure("particles", gpu.particles.len(), trace.particles.len(), pairs, tolerance)
+}
+
+/// Length, metres, that a muscle without one is taken to have.
+const LEAST_LENGTH: f32 = 1e-3;
 
 /// Share of vertices that stopped for the same reason on both sides.
 fn stop_agreement(gpu: &[MarchReport], cpu: &[MarchReport]) -> f32 {
@@ -253,6 +287,7 @@ mod tests {
             skinned: line(100),
             muscles: Vec::new(),
             axes: Vec::new(),
+            particles: Vec::new(),
             tracked: line(100),
             reports: stopped(1),
             normals: vec![Vec4::Y; 100],

@@ -16,7 +16,8 @@ impl Arm {
     pub fn new(group: &str, keep: &[&str]) -> Option<Arm> {
         let data = std::env::var_os("SINEW_DATA").map(std::path::PathBuf::from)?;
         let scene = crate::io::gltf::read(&data.join("humans/arm_nohand_dense_2172.glb")).expect("the arm");
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels-tests/fixtures/arm_nohand_dense_2172.muscles.toml");
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels-tests/fixtures/arm_nohand_dense_2172.muscles.toml");
         let mut file = muscle_file::read(&path).expect("the fixture");
         file.muscles.retain(|m| keep.is_empty() || keep.iter().any(|k| m.name.contains(k)));
         for m in &mut file.muscles {
@@ -60,8 +61,13 @@ pub fn measure(arm: &Arm, s: &Simulation, inputs: &FrameInputs) -> Measured {
     joints::step(&StepClock::default(), true, &both, &mut moved);
     let half = crate::field::muscle::axis::half(arm.bodies.muscles.len() as u32, s.particles.len() as u32);
     let around = contact::Surroundings {
-        muscles: &arm.bodies.muscles, bones: &arm.bodies.bones, links: &arm.bodies.links, moved: &moved,
-        grids: &arm.rig.grids, nodes: &arm.rig.nodes, iterates: &s.iterates[..half],
+        muscles: &arm.bodies.muscles,
+        bones: &arm.bodies.bones,
+        links: &arm.bodies.links,
+        moved: &moved,
+        grids: &arm.rig.grids,
+        nodes: &arm.rig.nodes,
+        iterates: &s.iterates[..half],
     };
     let mut out = Measured::default();
     for muscle in &arm.bodies.muscles {
@@ -84,7 +90,9 @@ pub fn measure(arm: &Arm, s: &Simulation, inputs: &FrameInputs) -> Measured {
                     out.overlap = out.overlap.max(-around.muscle(link, p, radius).distance);
                 }
                 let c = around.skin(links(muscle.skins_begin, muscle.links_end), p, straight);
-                if -c.distance > out.skin { out.skin = -c.distance; }
+                if -c.distance > out.skin {
+                    out.skin = -c.distance;
+                }
             }
         }
     }
@@ -94,12 +102,20 @@ pub fn measure(arm: &Arm, s: &Simulation, inputs: &FrameInputs) -> Measured {
 
 fn line(label: &str, m: &Measured) {
     let p = |q: f32| m.bone.get(((m.bone.len() as f32 - 1.0) * q) as usize).copied().unwrap_or(0.0);
-    println!("{label}: bone p95 {:.2} % max {:.2} %  skin {:.3} mm overlap {:.2} mm speed {:.3} mm/s bow {:.2} mm", p(0.95) * 100.0, p(1.0) * 100.0, m.skin * 1e3, m.overlap * 1e3, m.speed * 1e3, m.bow * 1e3);
+    println!(
+        "{label}: bone p95 {:.2} % max {:.2} %  skin {:.3} mm overlap {:.2} mm speed {:.3} mm/s bow {:.2} mm",
+        p(0.95) * 100.0,
+        p(1.0) * 100.0,
+        m.skin * 1e3,
+        m.overlap * 1e3,
+        m.speed * 1e3,
+        m.bow * 1e3
+    );
 }
 
 #[test]
 fn explore() {
-    for (group, keep) in [("all", vec![])] as [(&str, Vec<&str>); 2] {
+    for (group, keep) in [("all", vec![])] as [(&str, Vec<&str>); 1] {
         let Some(arm) = Arm::new(group, &keep) else { return };
         println!("group `{group}`: {} muscles, bones {:?}", arm.rig.muscles.len(), arm.rig.bones.len());
         for a in [0.0, 1.0] {
@@ -110,7 +126,9 @@ fn explore() {
                     let pose = arm.pose("biceps_curl", k as f32 / 30.0);
                     let inputs = arm.inputs(&pose, Some(a));
                     s.advance(arm.skins(), &inputs, f64::from(k) / 30.0, &o);
-                    if k % 14 == 0 { line(&format!("a {a} {:?} curl {k}", o.solver), &measure(&arm, &s, &inputs)); }
+                    if k % 14 == 0 {
+                        line(&format!("a {a} {:?} curl {k}", o.solver), &measure(&arm, &s, &inputs));
+                    }
                 }
                 let pose = arm.pose("biceps_curl", 43.0 / 30.0);
                 let inputs = arm.inputs(&pose, Some(a));
@@ -123,9 +141,17 @@ fn explore() {
                 let mut speed = 0.0f32;
                 for k in 0..240 {
                     s.advance(arm.skins(), &inputs, 92.0 / 30.0 + f64::from(k) / 240.0, &o);
-                    for (p, q) in s.particles.iter().zip(&before) { wander = wander.max(p.position.xyz().distance(*q)); speed = speed.max(p.velocity.xyz().length()); }
+                    for (p, q) in s.particles.iter().zip(&before) {
+                        wander = wander.max(p.position.xyz().distance(*q));
+                        speed = speed.max(p.velocity.xyz().length());
+                    }
                 }
-                println!("   wander {:.4} mm over 1 s, speed {:.4} mm/s; {:?}", wander * 1e3, speed * 1e3, t0.elapsed());
+                println!(
+                    "   wander {:.4} mm over 1 s, speed {:.4} mm/s; {:?}",
+                    wander * 1e3,
+                    speed * 1e3,
+                    t0.elapsed()
+                );
             }
         }
         let _ = Contacts::ALL;
@@ -139,7 +165,9 @@ fn explore() {
                 s.advance(arm.skins(), &inputs, f64::from(k) / 30.0, &o);
                 let m = measure(&arm, &s, &inputs);
                 all.bone.extend(&m.bone);
-                all.skin = all.skin.max(m.skin); all.overlap = all.overlap.max(m.overlap); all.bow = all.bow.max(m.bow);
+                all.skin = all.skin.max(m.skin);
+                all.overlap = all.overlap.max(m.overlap);
+                all.bow = all.bow.max(m.bow);
             }
             all.bone.sort_by(f32::total_cmp);
             line(&format!("shake {f} Hz"), &all);

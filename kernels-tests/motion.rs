@@ -1,0 +1,244 @@
+//! Frames in motion: muscles with dynamics, on the GPU and in the reference, each with a state of its own.
+
+use crate::support::{Gpu, Random, bent, data, gpu, limb_rig};
+use glam::Vec4Swizzles;
+use sinew::{
+    gpu::{Batch, Output, RigBuffers},
+    parity::{self, CpuResult, GpuResult, PARTICLES, PARTICLES_DRIFT, StageReport},
+    reference::{Motion, Reference, Trace},
+    rig::{BuildOptions, Pose, Rig, muscle_file},
+    schedule::{DynamicsOptions, FrameOptions, Mode, Solver},
+};
+use std::path::Path;
+use std::sync::Arc;
+
+fn options() -> FrameOptions {
+    FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() }
+}
+
+fn batch(gpu: &Gpu, rig: &Arc<Rig>, count: u32, options: &FrameOptions) -> Batch {
+    let buffers = Arc::new(RigBuffers::upload(&gpu.device, Arc::clone(rig)).expect("buffers"));
+    let mut batch = Batch::new(&gpu.kernels, &gpu.device, &gpu.queue, &buffers, count, Output::Owned).expect("a batch");
+    batch.set_options(&gpu.queue, options);
+    batch
+}
+
+/// Poses every instance, plays a frame, and brings it back.
+fn played(gpu: &Gpu, batch: &mut Batch, poses: &[Pose]) -> Vec<GpuResult> {
+    for (instance, pose) in (0..).zip(poses) {
+        batch.set_pose(&gpu.queue, instance, pose).expect("a pose");
+    }
+    gpu.submit(|encoder| batch.encode(encoder));
+    (0..poses.len() as u32).map(|i| parity::capture(gpu, batch, i).expect("capture")).collect()
+}
+
+/// The limb's elbow swinging fast, from straight to over a right angle.
+fn swinging(time: f32) -> Pose {
+    Pose { time, ..bent(55.0 - 50.0 * (9.0 * time).cos()) }
+}
+
+/// The arm with the fixture's muscles, and its poses.
+struct Arm {
+    rig: Arc<Rig>,
+    scene: sinew::clip::Scene,
+}
+
+impl Arm {
+    fn new() -> Option<Arm> {
+        let scene = sinew::io::gltf::read(&data()?.join("humans/arm_nohand_dense_2172.glb")).expect("the arm");
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels-tests/fixtures/arm_nohand_dense_2172.muscles.toml");
+        let file = muscle_file::read(&path).expect("the fixture");
+        let rig = Rig::build(scene.character.clone(), &file.muscles, &BuildOptions::default()).expect("a rig");
+        Some(Arm { rig: Arc::new(rig), scene })
+    }
+
+    fn pose(&self, clip: &str, time: f32) -> Pose {
+        self.scene.pose(self.scene.choose_clip(Some(clip)).expect("the clip"), time)
+    }
+}
+
+fn stages(rig: &Rig, gpu: &GpuResult, trace: &Trace) -> Vec<StageReport> {
+    parity::compare(gpu, CpuResult(trace), rig.character.height_rest())
+}
+
+#[track_caller]
+fn agree(label: &str, stages: &[StageReport]) {
+    let failed: Vec<_> = stages.iter().filter(|s| !s.pass).collect();
+    assert!(failed.is_empty(), "{label}: {failed:#?}");
+    assert!(stages.iter().any(|s| s.stage == "particles" && s.items > 0), "{label}: no particles compared");
+}
+
+/// Largest distance of two states' particles in lengths of their muscles.
+fn off(stages: &[StageReport]) -> f32 {
+    stages.iter().find(|s| s.stage == "particles").map_or(f32::INFINITY, |s| s.max_absolute)
+}
+
+#[test]
+fn a_swinging_limb_agrees_at_every_frame_rate() {
+    let Some(gpu) = gpu() else { return };
+    let rig = Arc::new(limb_rig(40));
+    // 50 and 24.7 frames a second end between two substeps; at 500 most frames have none.
+    for fps in [30.0, 50.0, 24.7, 500.0] {
+        let mut batch = batch(&gpu, &rig, 1, &options());
+        let mut motion = Motion::new(&rig, &options());
+        let mut moved = 0.0f32;
+        for frame in 0..16 {
+            let pose = swinging(frame as f32 / fps);
+            let result = played(&gpu, &mut batch, std::slice::from_ref(&pose)).remove(0);
+            let trace = Reference::new(&rig).next(&mut motion, &pose, &options()).expect("a pose");
+            assert_eq!(batch.steps(), trace.steps, "{fps} fps, frame {frame}");
+            agree(&format!("{fps} fps, frame {frame}"), &stages(&rig, &result, &trace));
+            let fastest = trace.particles.iter().map(|p| p.velocity.xyz().length()).fold(0.0, f32::max);
+            moved = moved.max(fastest);
+        }
+        assert!(moved > 0.05, "{fps} fps: the muscle moves at {moved} m/s");
+    }
+}
+
+#[test]
+fn another_motion_is_found() {
+    let Some(gpu) = gpu() else { return };
+    let rig = Arc::new(limb_rig(24));
+    let mut batch = batch(&gpu, &rig, 1, &options());
+    let mut motion = Motion::new(&rig, &options());
+    let mut last = Vec::new();
+    for frame in 0..4 {
+        // The same pose at the end, after another way to it.
+        let time = frame as f32 / 30.0;
+        let theirs = swinging(time);
+        let ours = if frame == 2 { swinging(time + 0.002) } else { theirs.clone() };
+        let ours = Pose { time, ..ours };
+        let result = played(&gpu, &mut batch, std::slice::from_ref(&theirs)).remove(0);
+        let trace = Reference::new(&rig).next(&mut motion, &ours, &options()).expect("a pose");
+        last = stages(&rig, &result, &trace);
+        if frame == 1 {
+            agree("the same way", &last);
+        }
+    }
+    let failed: Vec<_> = last.iter().filter(|s| !s.pass).map(|s| s.stage).collect();
+    assert!(failed.contains(&"particles") && !failed.contains(&"skinned"), "{failed:?}");
+}
+
+#[test]
+fn the_arm_stays_with_its_reference_for_120_frames() {
+    let Some(gpu) = gpu() else { return };
+    let Some(arm) = Arm::new() else { return };
+    for (name, dynamics) in [
+        ("default", DynamicsOptions::default()),
+        ("jacobi", DynamicsOptions { solver: Solver::Jacobi, ..DynamicsOptions::default() }),
+        ("pbd", DynamicsOptions { mode: Mode::Pbd, ..DynamicsOptions::pbd() }),
+    ] {
+        let options = FrameOptions { dynamics: Some(dynamics), ..FrameOptions::default() };
+        let mut batch = batch(&gpu, &arm.rig, 1, &options);
+        let mut motion = Motion::new(&arm.rig, &options);
+        let (mut first, mut drift) = (0.0, 0.0f32);
+        for frame in 0..120 {
+            let pose = arm.pose("biceps_curl", frame as f32 / 50.0);
+            let result = played(&gpu, &mut batch, std::slice::from_ref(&pose)).remove(0);
+            let trace = Reference::new(&arm.rig).next(&mut motion, &pose, &options).expect("a pose");
+            let stages = stages(&arm.rig, &result, &trace);
+            agree(&format!("{name}, frame {frame}"), &stages);
+            drift = drift.max(off(&stages));
+            first = if frame == 0 { drift } else { first };
+        }
+        println!("arm, {name}: {first:.1e} of a muscle's length after frame 0, at most {drift:.1e} in 120 frames");
+    }
+}
+
+#[test]
+fn a_nudge_of_a_rounding_error_stays_one() {
+    let Some(arm) = Arm::new() else { return };
+    for (name, dynamics) in [
+        ("default", DynamicsOptions::default()),
+        ("jacobi", DynamicsOptions { solver: Solver::Jacobi, ..DynamicsOptions::default() }),
+    ] {
+        let options = FrameOptions { dynamics: Some(dynamics), ..FrameOptions::default() };
+        let reference = Reference::new(&arm.rig);
+        let mut motion = Motion::new(&arm.rig, &options);
+        reference.next(&mut motion, &arm.pose("biceps_curl", 0.0), &options).expect("a pose");
+        let mut nudged = motion.clone();
+        let mut random = Random(91);
+        let simulation = nudged.simulation.as_mut().expect("dynamics");
+        for p in simulation.particles.iter_mut().filter(|p| p.velocity.w > 0.0) {
+            p.position += (random.vec3() * 1e-7).extend(0.0);
+        }
+        let mut all = Vec::new();
+        for frame in 1..120 {
+            let pose = arm.pose("biceps_curl", frame as f32 / 50.0);
+            let trace = reference.next(&mut motion, &pose, &options).expect("a pose");
+            let other = reference.next(&mut nudged, &pose, &options).expect("a pose");
+            let other = GpuResult { particles: other.particles, ..GpuResult::default() };
+            all.push(parity::particles(&other, &trace, PARTICLES_DRIFT).max_absolute);
+        }
+        let most = all.iter().copied().fold(0.0, f32::max);
+        println!("nudge, {name}: {:.1e} after a frame, at most {most:.1e}, {:.1e} at the end", all[0], all[118]);
+        assert!(all[0] > 0.0, "the nudge is seen");
+        assert!(most < PARTICLES_DRIFT.absolute, "{name}: {most}");
+        assert!(all[0] < PARTICLES.absolute, "{name}: {}", all[0]);
+    }
+}
+
+#[test]
+fn two_instances_have_times_of_their_own_and_a_reset_starts_anew() {
+    let Some(gpu) = gpu() else { return };
+    let rig = Arc::new(limb_rig(40));
+    let mut batch = batch(&gpu, &rig, 2, &options());
+    let mut motions = [Motion::new(&rig, &options()), Motion::new(&rig, &options())];
+    let reference = Reference::new(&rig);
+    for frame in 0..12 {
+        // One at 30 frames a second from the beginning, one at 50 from 2 s on.
+        let poses = [swinging(frame as f32 / 30.0), swinging(2.0 + frame as f32 / 50.0)];
+        if frame == 7 {
+            batch.reset(1);
+            motions[1].simulation.as_mut().expect("dynamics").reset();
+        }
+        let results = played(&gpu, &mut batch, &poses);
+        for (instance, (motion, pose)) in motions.iter_mut().zip(&poses).enumerate() {
+            let trace = reference.next(motion, pose, &options()).expect("a pose");
+            agree(&format!("frame {frame}, instance {instance}"), &stages(&rig, &results[instance], &trace));
+            if frame == 7 && instance == 1 {
+                let alone = reference.frame(pose, &options()).expect("a pose");
+                assert_eq!(trace.particles, alone.particles, "as if nothing had been before");
+            }
+            let other = stages(&rig, &results[1 - instance], &trace);
+            assert!(other.iter().any(|s| s.stage == "particles" && !s.pass), "the other instance is another one");
+        }
+    }
+}
+
+#[test]
+fn an_instance_that_gets_no_pose_stays_as_it_is() {
+    let Some(gpu) = gpu() else { return };
+    let rig = Arc::new(limb_rig(24));
+    let mut batch = batch(&gpu, &rig, 2, &options());
+    played(&gpu, &mut batch, &[swinging(0.0), swinging(0.1)]);
+    let before = played(&gpu, &mut batch, &[swinging(0.04), swinging(0.14)]);
+    batch.set_pose(&gpu.queue, 0, &swinging(0.07)).expect("a pose");
+    gpu.submit(|encoder| batch.encode(encoder));
+    let after = [0, 1].map(|i| parity::capture(&gpu, &batch, i).expect("capture"));
+    assert!(before[1].particles == after[1].particles && before[1].vertices == after[1].vertices);
+    assert!(before[0].particles != after[0].particles);
+}
+
+#[test]
+fn the_same_motion_twice_is_the_same_to_the_bit() {
+    let Some(gpu) = gpu() else { return };
+    let rig = Arc::new(limb_rig(24));
+    let bits = |result: &GpuResult| bytemuck::cast_slice::<_, u32>(&result.particles).to_vec();
+    let run = |fps: f32| {
+        let mut batch = batch(&gpu, &rig, 1, &options());
+        let all = (0..10).map(|k| played(&gpu, &mut batch, &[swinging(k as f32 / fps)]).remove(0));
+        let last = all.last().expect("frames");
+        (bits(&last), last.vertices)
+    };
+    let (first, second, other) = (run(50.0), run(50.0), run(51.0));
+    assert!(first == second);
+    assert!(first.0 != other.0);
+    let cpu = || {
+        let mut motion = Motion::new(&rig, &options());
+        let next = |k| Reference::new(&rig).next(&mut motion, &swinging(k as f32 / 50.0), &options()).expect("a pose");
+        (0..10).map(next).last()
+    };
+    assert_eq!(cpu(), cpu());
+}
