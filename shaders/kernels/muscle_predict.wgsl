@@ -57,14 +57,13 @@ fn jiggle_shift(body: MuscleBody, joint: u32, first: u32, carries: bool, length:
     var speed = particles[first].traits.w;
     if !carries {
         let last = body.segments;
-        let share = f32(last / 2u) / f32(last);
-        let x = particles[first + last / 2u].position.xyz;
-        let displaced = math_transform_point(moved[joint + body.origin_joint].carry, x) * (1.0 - share)
-            + math_transform_point(moved[joint + body.insertion_joint].carry, x) * share;
-        let velocity = displaced / params.seconds;
-        let before = vec3<f32>(particles[first + 1u].traits.zw, particles[first + 2u].traits.z);
-        let span = particles[first + last].position.xyz - particles[first].position.xyz;
-        let change = (velocity - before) * moved[joint + body.driver].retention;
+        let start = particles[first].position.xyz;
+        let end = particles[first + last].position.xyz;
+        let displaced = math_transform_point(moved[joint + body.origin_joint].carry, start)
+            + math_transform_point(moved[joint + body.insertion_joint].carry, end);
+        let before = particles[first].velocity.xyz + particles[first + last].velocity.xyz;
+        let span = end - start;
+        let change = (displaced / params.seconds - before) * (0.5 * moved[joint + body.driver].retention);
         var drive = math_dot(change, span) / max(sqrt(math_dot(span, span)) * length * params.seconds, 1e-9);
         drive = clamp(drive, -JIGGLE_MOST_DRIVE, JIGGLE_MOST_DRIVE) * body.jiggle;
         let rate = min(JIGGLE_RATE, 1.0 / params.seconds);
@@ -77,9 +76,6 @@ fn jiggle_shift(body: MuscleBody, joint: u32, first: u32, carries: bool, length:
         }
         particles[first].traits.z = away;
         particles[first].traits.w = speed;
-        particles[first + 1u].traits.z = velocity.x;
-        particles[first + 1u].traits.w = velocity.y;
-        particles[first + 2u].traits.z = velocity.z;
     }
     let size = away / JIGGLE_MOST_SHIFT;
     return away / sqrt(1.0 + size * size);

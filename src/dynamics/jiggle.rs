@@ -2,18 +2,17 @@
 //! the bones along the axis, shifts the profile at constant volume ([`Profile`](crate::field::muscle::Profile)).
 //!
 //! The belly's mass lags behind the bones by `x`, of which the profile's shift is the share `d = x / l`:
-//! `d'' + 2 zeta omega d' + omega^2 d = -jiggle a / l`, with `a` the acceleration, from origin to insertion, of the point
-//! in the middle of the axis as the joints carry it.
+//! `d'' + 2 zeta omega d' + omega^2 d = -jiggle a / l`, with `a` the mean acceleration of the two ends, from origin to
+//! insertion: that of the middle between them.
 //!
 //! As much of the acceleration is let in as of a velocity outlives the substep: nothing while muscles settle and in the
 //! motion's first substep, in which all of its velocity would be one jerk.
 //!
-//! State is in `traits.zw` of a muscle's first three particles: `d` and its velocity; x and y, and z, of that point's
-//! velocity in the last substep.
+//! State is `d` and its velocity in `traits.zw` of a muscle's first particle.
 
 use super::{DynamicsParams, MovedJoint, MuscleBody, Particle};
 use crate::math::transform_point;
-use glam::{Vec3, Vec4Swizzles};
+use glam::Vec4Swizzles;
 
 /// Angular frequency, 1/s: 6 Hz, of the 5 to 8 at which it shows (prototypes 1).
 pub(crate) const RATE: f32 = std::f32::consts::TAU * 6.0;
@@ -41,13 +40,11 @@ pub(super) fn shift(
     let (mut away, mut speed) = (own[0].traits.z, own[0].traits.w);
     if driver.carries == 0 {
         let last = muscle.segments as usize;
-        let share = (last / 2) as f32 / last as f32;
-        let x = own[last / 2].position.xyz();
-        let displaced = transform_point(&ends[0].carry, x) * (1.0 - share) + transform_point(&ends[1].carry, x) * share;
-        let velocity = displaced / params.seconds;
-        let before = Vec3::new(own[1].traits.z, own[1].traits.w, own[2].traits.z);
-        let span = own[last].position.xyz() - own[0].position.xyz();
-        let change = (velocity - before) * driver.retention;
+        let (start, end) = (own[0].position.xyz(), own[last].position.xyz());
+        let displaced = transform_point(&ends[0].carry, start) + transform_point(&ends[1].carry, end);
+        let before = own[0].velocity.xyz() + own[last].velocity.xyz();
+        let span = end - start;
+        let change = (displaced / params.seconds - before) * (0.5 * driver.retention);
         let drive = change.dot(span) / (span.length() * length * params.seconds).max(1e-9);
         let drive = drive.clamp(-MOST_DRIVE, MOST_DRIVE) * muscle.jiggle;
         // Long substeps slow it down rather than throw it.
@@ -59,8 +56,6 @@ pub(super) fn shift(
             (away, speed) = (0.0, 0.0);
         }
         (own[0].traits.z, own[0].traits.w) = (away, speed);
-        (own[1].traits.z, own[1].traits.w) = (velocity.x, velocity.y);
-        own[2].traits.z = velocity.z;
     }
     let size = away / MOST_SHIFT;
     away / (1.0 + size * size).sqrt()
@@ -69,7 +64,7 @@ pub(super) fn shift(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Vec4};
+    use glam::{Mat4, Vec3, Vec4};
 
     const H: f32 = 1.0 / 240.0;
     const LENGTH: f32 = 0.3;
@@ -91,7 +86,10 @@ mod tests {
                 };
                 let shift = shift(&params, &muscle, &joint, [&joint, &joint], LENGTH, &mut own);
                 retention = 1.0;
-                own.iter_mut().for_each(|p| p.position += displaced);
+                own.iter_mut().for_each(|p| {
+                    p.position += displaced;
+                    p.velocity = displaced / seconds;
+                });
                 shift
             })
             .collect()

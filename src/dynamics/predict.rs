@@ -32,7 +32,7 @@ pub fn frequency(k: f32, nominal: f32) -> f32 {
 /// Predicts one muscle's particles, renews their radii, and writes its run of the iterates: see [`axis::half`](crate::field::muscle::axis::half).
 ///
 /// `moved` are the instance's joints; `axis` the muscle's as last shaped, zero before, `own` and `iterates` the muscle's. Where the joints carry, particles and their
-/// velocities stay as they are. The first three particles keep the state of [`jiggle`].
+/// velocities stay as they are. The first particle keeps the state of [`jiggle`].
 pub fn predict(
     params: &DynamicsParams,
     muscle: &MuscleBody,
