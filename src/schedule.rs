@@ -95,7 +95,11 @@ pub struct DynamicsOptions {
     pub retention: f32,
     /// Coefficient of friction with bones and muscles.
     pub friction: f32,
-    /// Displacement relative to the bones under which a particle stays where it is in a substep, metres; 0 is off.
+    /// How far a plane between two muscles may be off before it follows them, metres: it brings muscles that press against
+    /// one another to rest, for an overlap of up to twice as much. 0 is off.
+    pub play: f32,
+    /// Displacement relative to the bones under which a particle that presses against a muscle stays where it is in a
+    /// substep, metres; 0 is off.
     pub deadband: f32,
     /// Seconds for which muscles settle in the first pose, before anything moves.
     pub settle: f32,
@@ -116,7 +120,8 @@ impl Default for DynamicsOptions {
             frequency: 12.0,
             retention: 0.9,
             friction: 0.3,
-            deadband: 0.0,
+            play: 5e-4,
+            deadband: 5e-5,
             settle: 0.5,
             fade: 0.25,
         }

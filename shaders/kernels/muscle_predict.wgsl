@@ -27,10 +27,11 @@ fn frequency(k: f32, nominal: f32) -> f32 {
     return nominal * squared * squared;
 }
 
-// Compliance over the substep squared and the best over-relaxation for it; in pbd mode the paper's k, and 1.
+// Compliance over the substep squared and the square of the spectral radius of Jacobi's sweeps; in pbd mode the paper's
+// k, and 0.
 fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
     if params.pbd != 0u {
-        return vec2<f32>(input.stiffness, 1.0);
+        return vec2<f32>(input.stiffness, 0.0);
     }
     let segments = f32(body.segments);
     var hertz = body.frequency;
@@ -39,13 +40,10 @@ fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
     }
     let cycles = hertz * params.seconds;
     let compliance = STRETCH / (4.0 * body.insertion.w * cycles * cycles * segments);
-    if params.jacobi != 0u {
-        return vec2<f32>(compliance, 1.0);
-    }
     let angle = PI / segments;
     let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
     let radius = cosine * 2.0 * body.looseness / (2.0 * body.looseness + compliance);
-    return vec2<f32>(compliance, 2.0 / (1.0 + sqrt(max(1.0 - radius * radius, 0.0))));
+    return vec2<f32>(compliance, radius * radius);
 }
 
 // Steps the oscillator along the axis by a substep, unless the joints carry, and gives the profile's shift.

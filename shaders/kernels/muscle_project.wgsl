@@ -35,10 +35,11 @@ fn gain_of(work: Work, j: u32) -> vec2<f32> {
         return vec2<f32>(min(stiffness * stiffer, MOST_STIFFNESS) / mobility, 0.0);
     }
     let compliance = stiffness / stiffer;
-    return vec2<f32>(iterates[work.read + 1u].w / (mobility + compliance), compliance);
+    return vec2<f32>(1.0 / (mobility + compliance), compliance);
 }
 
-// New place and velocity: the displacement less what friction takes, and none below the deadband.
+// New place and velocity: the displacement less what friction takes, and none below the deadband for a particle that
+// presses against a muscle.
 fn finish(work: Work, held: Held, i: u32) {
     var particle = particles[work.first + i];
     let from_carry = moved[work.place.joint + work.body.origin_joint].carry;
@@ -48,7 +49,8 @@ fn finish(work: Work, held: Held, i: u32) {
         math_transform_point(from_carry, before) * (1.0 - held.share) + math_transform_point(to_carry, before) * held.share;
     var relative = at[i].xyz - before - displaced;
     var now = at[i].xyz;
-    if particle.velocity.w > 0.0 && sqrt(math_dot(relative, relative)) < params.deadband {
+    let pressed = held.pushes.x > 0.0 || held.pushes.y > 0.0;
+    if pressed && sqrt(math_dot(relative, relative)) < params.deadband {
         relative = vec3<f32>(0.0);
         now = before + displaced;
     }
@@ -123,6 +125,11 @@ fn main(
     workgroupBarrier();
     let moves_0 = i0 > 0u && i0 < body.segments;
     let moves_1 = i1 < body.segments;
+    let radius_squared = iterates[work.read + 1u].w;
+    var relaxation = 1.0;
+    for (var k = 0u; k < 2u * params.done; k++) {
+        relaxation = chain_relaxation(relaxation, radius_squared);
+    }
     for (var k = 0u; k < params.inner; k++) {
         if params.jacobi != 0u {
             chain_average(i0, body.segments);
@@ -139,12 +146,14 @@ fn main(
             workgroupBarrier();
         } else {
             if i0 < body.segments {
-                chain_project(i0);
+                chain_project(i0, relaxation);
             }
+            relaxation = chain_relaxation(relaxation, radius_squared);
             workgroupBarrier();
             if moves_1 {
-                chain_project(i1);
+                chain_project(i1, relaxation);
             }
+            relaxation = chain_relaxation(relaxation, radius_squared);
             workgroupBarrier();
             if moves_0 {
                 chain_hold(&held_0, i0);

@@ -30,8 +30,13 @@ fn chain_change(j: u32) -> vec3<f32> {
     return (error + pull[j].xyz * gains[j].y) * gains[j].x;
 }
 
-fn chain_project(j: u32) {
-    let change = chain_change(j);
+// The over-relaxation of the next half sweep.
+fn chain_relaxation(relaxation: f32, radius_squared: f32) -> f32 {
+    return 1.0 / (1.0 - radius_squared * select(0.25 * relaxation, 0.5, relaxation == 1.0));
+}
+
+fn chain_project(j: u32, relaxation: f32) {
+    let change = chain_change(j) * relaxation;
     pull[j] = vec4<f32>(pull[j].xyz - change, pull[j].w);
     at[j] = vec4<f32>(at[j].xyz + change * at[j].w, at[j].w);
     at[j + 1u] = vec4<f32>(at[j + 1u].xyz - change * at[j + 1u].w, at[j + 1u].w);

@@ -3,6 +3,8 @@
 override HOLD_BONES: u32;
 override HOLD_MUSCLES: u32;
 override HOLD_SKIN: u32;
+override HOLD_FACING: f32;
+override HOLD_TURN: f32;
 
 // The muscle at work, of one thread's point of view.
 struct Work {
@@ -13,18 +15,34 @@ struct Work {
     kinds: u32,
 }
 
-// This muscle's share of the gap or the overlap with another one.
-fn hold_shared(work: Work, contact: vec4<f32>, index: u32) -> vec4<f32> {
+// The plane of a contact with another muscle, where the two share the gap or the overlap, with play: where the particle
+// kept one before, it stays as far as it is right to within the play.
+fn hold_follow(work: Work, particle: Particle, contact: vec4<f32>, index: u32, p: vec3<f32>) -> vec4<f32> {
     if contact.w == TOUCH_NOTHING {
-        return contact;
+        return vec4<f32>(0.0);
     }
     let own = work.body.insertion.w * f32(bodies[index].segments);
     let others = bodies[index].insertion.w * f32(work.body.segments);
-    return vec4<f32>(contact.xyz, contact.w * (others / (own + others)));
+    let shared_contact = vec4<f32>(contact.xyz, contact.w * (others / (own + others)));
+    let name = f32(index) + 1.0;
+    if params.play <= 0.0 || (particle.traits.z != name && particle.traits.w != name) {
+        return touch_plane(shared_contact, p);
+    }
+    let kept = select(particle.peer_1, particle.peer_0, particle.traits.z == name);
+    let before = touch_posed(kept, work.place.joint + work.body.driver);
+    let facing = math_dot(before.xyz, shared_contact.xyz);
+    if facing <= 0.0 {
+        return touch_plane(shared_contact, p);
+    }
+    let value = math_dot(before.xyz, p) - before.w;
+    let distance = clamp(value, shared_contact.w - params.play, shared_contact.w + params.play);
+    let turned = before.xyz * (1.0 - HOLD_TURN) + shared_contact.xyz * HOLD_TURN;
+    let unit = turned * (1.0 / max(sqrt(math_dot(turned, turned)), 1e-9));
+    return touch_plane(vec4<f32>(select(unit, before.xyz, facing > HOLD_FACING), distance), p);
 }
 
 // Planes against the two muscles that a particle is deepest in or nearest to, in the order of the links.
-fn hold_peers(work: Work, held: ptr<function, Held>, p: vec3<f32>) {
+fn hold_peers(work: Work, held: ptr<function, Held>, i: u32, p: vec3<f32>) {
     if (*held).clear < 1.0 || (work.kinds & HOLD_MUSCLES) == 0u {
         return;
     }
@@ -49,11 +67,26 @@ fn hold_peers(work: Work, held: ptr<function, Held>, p: vec3<f32>) {
             second_link = k;
         }
     }
-    first = hold_shared(work, first, links[first_link].index);
-    second = hold_shared(work, second, links[second_link].index);
-    let swapped = second_link < first_link && second.w < TOUCH_NOTHING;
-    (*held).planes[0] = touch_plane(select(first, second, swapped), p);
-    (*held).planes[1] = touch_plane(select(second, first, swapped), p);
+    if second_link < first_link && second.w < TOUCH_NOTHING {
+        let swap = first;
+        let swap_link = first_link;
+        first = second;
+        first_link = second_link;
+        second = swap;
+        second_link = swap_link;
+    }
+    let particle = particles[work.first + i];
+    let planes = array<vec4<f32>, 2>(
+        hold_follow(work, particle, first, links[first_link].index, p),
+        hold_follow(work, particle, second, links[second_link].index, p),
+    );
+    let driver = work.place.joint + work.body.driver;
+    particles[work.first + i].traits.z = select(f32(links[first_link].index) + 1.0, 0.0, first.w == TOUCH_NOTHING);
+    particles[work.first + i].traits.w = select(f32(links[second_link].index) + 1.0, 0.0, second.w == TOUCH_NOTHING);
+    particles[work.first + i].peer_0 = touch_rest(planes[0], driver);
+    particles[work.first + i].peer_1 = touch_rest(planes[1], driver);
+    (*held).planes[0] = planes[0];
+    (*held).planes[1] = planes[1];
 }
 
 fn hold_bone(work: Work, held: Held, p: vec3<f32>) -> vec4<f32> {
@@ -83,7 +116,7 @@ fn hold_planes(work: Work, held: ptr<function, Held>, i: u32) {
         return;
     }
     let p = at[i].xyz;
-    hold_peers(work, held, p);
+    hold_peers(work, held, i, p);
     (*held).planes[2] = touch_plane(hold_bone(work, *held, p), p);
     (*held).planes[3] = touch_plane(hold_skin(work, *held, p), p);
 }

@@ -127,3 +127,16 @@ fn touch_plane(contact: vec4<f32>, p: vec3<f32>) -> vec4<f32> {
     }
     return vec4<f32>(contact.xyz, math_dot(contact.xyz, p) - contact.w);
 }
+
+// A plane brought from scene space at rest of a joint to posed scene space, its normal of length one.
+fn touch_posed(plane: vec4<f32>, joint: u32) -> vec4<f32> {
+    let normal = math_transpose_vector(moved[joint].to_rest, plane.xyz);
+    let scale = 1.0 / max(sqrt(math_dot(normal, normal)), 1e-9);
+    return vec4<f32>(normal * scale, (plane.w - math_dot(plane.xyz, moved[joint].to_rest[3].xyz)) * scale);
+}
+
+// The inverse of touch_posed, but for the normal's length.
+fn touch_rest(plane: vec4<f32>, joint: u32) -> vec4<f32> {
+    let normal = math_transpose_vector(moved[joint].matrix, plane.xyz);
+    return vec4<f32>(normal, plane.w - math_dot(plane.xyz, moved[joint].matrix[3].xyz));
+}

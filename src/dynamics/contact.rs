@@ -1,6 +1,9 @@
 //! What a particle touches: other muscles, bones, the skin from within.
 
-use super::{BoneRest, Link, MovedJoint, MuscleBody, chain::plane};
+use super::{
+    BoneRest, Link, MovedJoint, MuscleBody,
+    chain::{Plane, plane},
+};
 use crate::{
     field::{GroupGrid, grid, muscle::axis::run},
     math::{transform_point, transpose_vector},
@@ -49,6 +52,39 @@ pub(super) fn nearest_on_segment(from: Vec3, to: Vec3, p: Vec3) -> Vec3 {
     let span = to - from;
     let share = ((p - from).dot(span) / span.length_squared().max(1e-12)).clamp(0.0, 1.0);
     from + span * share
+}
+
+/// Cosine of the angle by which a kept plane's normal may be off before it turns, and the share of the way that it then
+/// turns in one iteration.
+pub(crate) const FACING: f32 = 0.99;
+/// See [`FACING`].
+pub(crate) const TURN: f32 = 0.2;
+
+/// A plane brought from scene space at rest of a joint to posed scene space, its normal of length one.
+pub(super) fn posed(plane: &Plane, joint: &MovedJoint) -> Plane {
+    let normal = transpose_vector(&joint.to_rest, plane.xyz());
+    let scale = 1.0 / normal.length().max(1e-9);
+    (normal * scale).extend((plane.w - plane.xyz().dot(joint.to_rest.w_axis.xyz())) * scale)
+}
+
+/// The inverse of [`posed`], but for the normal's length.
+pub(super) fn rest(plane: &Plane, joint: &MovedJoint) -> Plane {
+    transpose_vector(&joint.matrix, plane.xyz()).extend(plane.w - plane.xyz().dot(joint.matrix.w_axis.xyz()))
+}
+
+/// The plane of a contact, with play: where one was kept before, it stays as far as it is right to within `play`, metres,
+/// and its normal to within [`FACING`].
+pub(super) fn follow(before: Option<Plane>, contact: &Contact, p: Vec3, play: f32) -> Plane {
+    let Some(before) = before.filter(|_| play > 0.0) else { return contact.plane(p) };
+    let facing = before.xyz().dot(contact.normal);
+    if facing <= 0.0 {
+        return contact.plane(p);
+    }
+    let kept = before.xyz().dot(p) - before.w;
+    let distance = kept.clamp(contact.distance - play, contact.distance + play);
+    let turned = before.xyz() * (1.0 - TURN) + contact.normal * TURN;
+    let normal = if facing > FACING { before.xyz() } else { turned * (1.0 / turned.length().max(1e-9)) };
+    plane(p, normal, distance)
 }
 
 impl Surroundings<'_> {

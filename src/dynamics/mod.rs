@@ -31,7 +31,11 @@ pub mod predict;
 pub mod project;
 mod simulation;
 
-pub(crate) use chain::{JACOBI_SHARE, NO_DIRECTION};
+#[cfg(feature = "gpu")]
+pub(crate) use {
+    chain::{JACOBI_SHARE, NO_DIRECTION},
+    contact::{FACING, TURN},
+};
 
 pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};
 pub use clock::{Clock, StepClock, Turn};
@@ -75,12 +79,12 @@ crate::gpu_struct! {
         pub contacts: u32,
         /// 1 where joints and axes are carried on to the frame, and nothing is simulated.
         pub carries: u32,
+        /// Inner iterations of the substep's earlier outer iterations.
+        pub done: u32,
         /// Unused.
         pub pad_0: u32,
-        /// Unused.
-        pub pad_1: u32,
-        /// Unused.
-        pub pad_2: u32,
+        /// How far a plane between muscles may be off before it follows, metres.
+        pub play: f32,
         /// Length of a substep, seconds.
         pub seconds: f32,
         /// Frequency of a muscle of stiffness .4, hertz.
@@ -103,9 +107,14 @@ crate::gpu_struct! {
         pub spring: Vec4,
         /// Multipliers of the contacts with two muscles, a bone and the skin, kg m.
         pub pushes: Vec4,
+        /// Half spaces that neighbours keep it in, in scene space at rest of the joint that drives the muscle's field:
+        /// `n . p >= w`; the zero normal is none.
+        pub peer_0: Vec4,
+        /// The second one of them.
+        pub peer_1: Vec4,
         /// Share of the radius that is kept clear of bones, less than 1 in the tendons; in `y` how many times stiffer than
-        /// the muscle the segment that begins here is. `zw` of a muscle's first three are the state of its lengthwise
-        /// jiggle ([`jiggle`]), of others unused.
+        /// the muscle the segment that begins here is; `zw`, but at the ends, are the muscles of those half spaces, counted from
+        /// 1, 0 for none. At the origin they are the state of the lengthwise jiggle, at the insertion unused.
         pub traits: Vec4,
     }
 }
@@ -139,9 +148,9 @@ impl DynamicsParams {
             pbd: (options.mode == Mode::Pbd).into(),
             contacts: kinds(options.contacts.bones, options.contacts.muscles, options.contacts.skin),
             carries: 0,
+            done: outer * options.inner,
             pad_0: 0,
-            pad_1: 0,
-            pad_2: 0,
+            play: options.play,
             seconds: options.seconds(),
             frequency: options.frequency,
             friction: options.friction,

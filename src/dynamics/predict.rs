@@ -91,29 +91,26 @@ pub fn predict(
     }
     // Nothing else reads the section's entry of the last point ([`axis::half`](crate::field::muscle::axis::half)).
     iterates[3 + 2 * last].w = shift;
-    let (compliance, relaxation) = stiffness(params, muscle, input);
+    let (compliance, radius_squared) = stiffness(params, muscle, input);
     iterates[0] = lowest.extend(compliance);
-    iterates[1] = highest.extend(relaxation);
+    iterates[1] = highest.extend(radius_squared);
 }
 
-/// Compliance over the substep squared, 1/kg, and the best over-relaxation for it; in `pbd` mode the paper's k, and 1.
+/// Compliance over the substep squared, 1/kg, and the square of the spectral radius of Jacobi's sweeps; in `pbd` mode the
+/// paper's k, and 0: its sweeps are not over-relaxed, since their number is the stiffness.
 fn stiffness(params: &DynamicsParams, muscle: &MuscleBody, input: &MuscleInput) -> (f32, f32) {
     if params.pbd != 0 {
-        return (input.stiffness, 1.0);
+        return (input.stiffness, 0.0);
     }
     let segments = muscle.segments as f32;
     let own = muscle.frequency;
     let hertz = if own > 0.0 { own } else { frequency(input.stiffness, params.frequency) };
     let cycles = hertz * params.seconds;
     let compliance = STRETCH / (4.0 * muscle.insertion.w * cycles * cycles * segments);
-    if params.jacobi != 0 {
-        return (compliance, 1.0);
-    }
-    // Young's best factor for matrices of two colours.
     let angle = PI / segments;
     let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
     let radius = cosine * 2.0 * muscle.looseness / (2.0 * muscle.looseness + compliance);
-    (compliance, 2.0 / (1.0 + (1.0 - radius * radius).max(0.0).sqrt()))
+    (compliance, radius * radius)
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 
 use super::{
     BONES, DynamicsParams, Link, MUSCLES, MuscleBody, Particle, SKIN,
-    chain::{Chain, KINDS},
-    contact::{Contact, Surroundings},
+    chain::Chain,
+    contact::{self, Contact, Surroundings},
     predict::MOST_STIFFNESS,
 };
 use crate::{field::muscle::axis::run, math::transform_point};
@@ -28,9 +28,11 @@ pub fn project(params: &DynamicsParams, index: usize, around: &Surroundings, own
     let held = Held::new(params, around, muscle, own, out);
     let mut chain = load(params, around, muscle, own, out);
     for i in 1..chain.points - 1 {
-        chain.planes[i] = held.planes(i, chain.at[i]);
+        let p = chain.at[i];
+        let [first, second] = held.peers(i, p, &mut own[i]);
+        chain.planes[i] = [first, second, held.deepest_bone(i, p).plane(p), held.within(i, p).plane(p)];
     }
-    chain.iterate(params);
+    chain.iterate(params, out[1].w, params.done);
     if params.ends_substep != 0 {
         for i in 1..chain.points - 1 {
             for _ in 0..params.final_passes {
@@ -51,7 +53,7 @@ pub fn project(params: &DynamicsParams, index: usize, around: &Surroundings, own
 /// Fills a chain from the half that is read.
 fn load(params: &DynamicsParams, around: &Surroundings, muscle: &MuscleBody, own: &[Particle], read: &[Vec4]) -> Chain {
     let points = muscle.segments as usize + 1;
-    let (stiffness, relaxation) = (read[0].w, read[1].w);
+    let stiffness = read[0].w;
     let scale = around.moved[muscle.driver as usize].scale;
     let mut chain = Chain::new(points);
     for (i, particle) in own.iter().enumerate() {
@@ -68,7 +70,7 @@ fn load(params: &DynamicsParams, around: &Surroundings, muscle: &MuscleBody, own
             chain.gain[j] = (stiffness * stiffer).min(MOST_STIFFNESS) / mobility;
         } else {
             chain.compliance[j] = stiffness / stiffer;
-            chain.gain[j] = relaxation / (mobility + chain.compliance[j]);
+            chain.gain[j] = 1.0 / (mobility + chain.compliance[j]);
         }
     }
     chain
@@ -85,6 +87,8 @@ struct Held<'a> {
     sizes: [(f32, f32); super::chain::MOST],
     /// The muscle's ends.
     ends: (Vec3, Vec3),
+    /// How far a plane between muscles may be off before it follows, metres.
+    play: f32,
 }
 
 impl<'a> Held<'a> {
@@ -111,6 +115,7 @@ impl<'a> Held<'a> {
             skins: range(SKIN, muscle.skins_begin, muscle.links_end),
             sizes,
             ends: (read[2].xyz(), read[2 * own.len()].xyz()),
+            play: params.play,
         }
     }
 
@@ -118,8 +123,8 @@ impl<'a> Held<'a> {
         i as f32 / self.muscle.segments as f32
     }
 
-    /// The planes of particle `i` about its place.
-    fn planes(&self, i: usize, p: Vec3) -> [Vec4; KINDS] {
+    /// The bone that a particle is deepest in or nearest to.
+    fn deepest_bone(&self, i: usize, p: Vec3) -> Contact {
         let mut deepest = Contact::NONE;
         for link in self.bones {
             let found = self.bone(link, i, p);
@@ -127,17 +132,19 @@ impl<'a> Held<'a> {
                 deepest = found;
             }
         }
-        let [first, second] = self.peers(i, p);
-        [first.plane(p), second.plane(p), deepest.plane(p), self.within(i, p).plane(p)]
+        deepest
     }
 
-    /// The two muscles that a particle is deepest in or nearest to, in the order of the links, each with a plane between
-    /// them where the two share the gap or the overlap: the lighter one has the larger part of it. The other one's own
-    /// contact has the rest, which is the reaction.
-    fn peers(&self, i: usize, p: Vec3) -> [Contact; 2] {
+    /// Planes against the two muscles that a particle is deepest in or nearest to, in the order of the links.
+    ///
+    /// Each stands where the two muscles share the gap or the overlap: the lighter one has the larger part of it. The
+    /// other one's own plane is the reaction. A plane stays where it was, as the particle's state keeps it, while it is
+    /// off by no more than the play; else it follows and stays behind by the play: two muscles that answer one another a
+    /// substep later would go on forever otherwise (prototypes 1).
+    fn peers(&self, i: usize, p: Vec3, own: &mut Particle) -> [Vec4; 2] {
         // Tendons of one bone meet at it.
         if self.sizes[i].1 < 1.0 {
-            return [Contact::NONE; 2];
+            return [Vec4::ZERO; 2];
         }
         let mut found = [(Contact::NONE, 0); 2];
         for (k, link) in self.peers.iter().enumerate() {
@@ -151,15 +158,29 @@ impl<'a> Held<'a> {
         if found[1].1 < found[0].1 && found[1].0.distance < f32::MAX {
             found.swap(0, 1);
         }
-        found.map(|(contact, k)| match contact.distance {
-            f32::MAX => contact,
-            distance => {
-                let other = &self.around.muscles[self.peers[k].index as usize];
-                let own = self.muscle.insertion.w * other.segments as f32;
-                let others = other.insertion.w * self.muscle.segments as f32;
-                Contact { distance: distance * (others / (own + others)), ..contact }
+        let driver = &self.around.moved[self.muscle.driver as usize];
+        let kept = [(own.traits.z, own.peer_0), (own.traits.w, own.peer_1)];
+        let planes = found.map(|(contact, k)| {
+            if contact.distance == f32::MAX {
+                return (0.0, Vec4::ZERO);
             }
-        })
+            let index = self.peers[k].index;
+            let name = index as f32 + 1.0;
+            let contact = self.shared(contact, &self.around.muscles[index as usize]);
+            let before = kept.iter().find(|(other, _)| *other == name);
+            let before = before.map(|(_, plane)| contact::posed(plane, driver));
+            (name, contact::follow(before, &contact, p, self.play))
+        });
+        (own.traits.z, own.traits.w) = (planes[0].0, planes[1].0);
+        (own.peer_0, own.peer_1) = (contact::rest(&planes[0].1, driver), contact::rest(&planes[1].1, driver));
+        planes.map(|(_, plane)| plane)
+    }
+
+    /// This muscle's part of a gap or an overlap with another one.
+    fn shared(&self, contact: Contact, other: &MuscleBody) -> Contact {
+        let own = self.muscle.insertion.w * other.segments as f32;
+        let others = other.insertion.w * self.muscle.segments as f32;
+        Contact { distance: contact.distance * (others / (own + others)), ..contact }
     }
 
     fn bone(&self, link: &Link, i: usize, p: Vec3) -> Contact {
@@ -201,7 +222,7 @@ fn push(chain: &mut Chain, i: usize, kind: usize, normal: Vec3, depth: f32) {
 }
 
 /// New places and velocities: the displacement over the substep, less what friction takes of its part along a touched
-/// surface (background 4.3, Deul's form), and none at all below the deadband.
+/// surface (background 4.3, Deul's form), and none at all below the deadband for a particle that presses against a muscle.
 fn finish(params: &DynamicsParams, around: &Surroundings, muscle: &MuscleBody, chain: &Chain, own: &mut [Particle]) {
     let from = &around.moved[muscle.origin_joint as usize].carry;
     let to = &around.moved[muscle.insertion_joint as usize].carry;
@@ -211,7 +232,8 @@ fn finish(params: &DynamicsParams, around: &Surroundings, muscle: &MuscleBody, c
         let displaced = transform_point(from, before) * (1.0 - share) + transform_point(to, before) * share;
         let mut relative = chain.at[i] - before - displaced;
         let mut place = chain.at[i];
-        if particle.velocity.w > 0.0 && relative.length() < params.deadband {
+        let pressed = chain.pushes[i][PEERS].iter().any(|push| *push > 0.0);
+        if pressed && relative.length() < params.deadband {
             relative = Vec3::ZERO;
             place = before + displaced;
         }

@@ -100,6 +100,8 @@ pub const HOLD: Part = Part {
         ("HOLD_BONES", dynamics::BONES as f64),
         ("HOLD_MUSCLES", dynamics::MUSCLES as f64),
         ("HOLD_SKIN", dynamics::SKIN as f64),
+        ("HOLD_FACING", dynamics::FACING as f64),
+        ("HOLD_TURN", dynamics::TURN as f64),
     ],
 };
 /// Composition of fields.

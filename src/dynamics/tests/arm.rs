@@ -114,8 +114,53 @@ fn line(label: &str, m: &Measured) {
 }
 
 #[test]
+fn variants() {
+    let sets: [&[&str]; 2] = [&["biceps", "brachialis", "triceps"], &[]];
+    for (set, (var, outer, deadband, hz)) in sets.iter().flat_map(|s| {
+        [(0u32, 2, 0.0f32, 3e-4f32), (0, 2, 5e-5, 3e-4), (0, 2, 5e-5, 5e-4), (0, 2, 1e-4, 3e-4)].map(|c| (s, c))
+    }) {
+        let Some(arm) = Arm::new("all", set) else { return };
+        for a in [0.0, 0.25, 0.5, 0.75, 1.0] {
+            let o = DynamicsOptions { outer, deadband, play: hz, ..DynamicsOptions::default() };
+            let mut s = Simulation::new(arm.bodies.clone());
+            let pose = arm.pose("biceps_curl", 43.0 / 30.0);
+            let run = |k: u32, s: &mut Simulation| {
+                let pose = arm.pose("biceps_curl", k.min(43) as f32 / 30.0);
+                let inputs = arm.inputs(&pose, Some(a));
+                s.advance(arm.skins(), &inputs, f64::from(k) / 30.0, &o);
+            };
+            for k in 0..=91 {
+                run(k, &mut s);
+            }
+            let inputs = arm.inputs(&pose, Some(a));
+            let before: Vec<Vec3> = s.particles.iter().map(|p| p.position.xyz()).collect();
+            let mut wander = vec![0.0f32; before.len()];
+            for k in 0..240 {
+                s.advance(arm.skins(), &inputs, 92.0 / 30.0 + f64::from(k) / 240.0, &o);
+                for (w, (p, q)) in wander.iter_mut().zip(s.particles.iter().zip(&before)) {
+                    *w = w.max(p.position.xyz().distance(*q));
+                }
+            }
+            let per: Vec<String> = arm
+                .bodies
+                .muscles
+                .iter()
+                .zip(&arm.rig.muscle_names)
+                .map(|(m, n)| {
+                    let own = &wander[m.first_point as usize..][..=m.segments as usize];
+                    format!("{n} {:.2}", own.iter().fold(0.0f32, |a, b| a.max(*b)) * 1e3)
+                })
+                .collect();
+            let m = measure(&arm, &s, &inputs);
+            line(&format!("{set:?} slack {hz} var {var} outer {outer} dead {deadband} a {a}"), &m);
+            println!("    {}", per.join("  "));
+        }
+    }
+}
+
+#[test]
 fn explore() {
-    for (group, keep) in [("all", vec![])] as [(&str, Vec<&str>); 1] {
+    for (group, keep) in [("all", Vec::<&str>::new())] {
         let Some(arm) = Arm::new(group, &keep) else { return };
         println!("group `{group}`: {} muscles, bones {:?}", arm.rig.muscles.len(), arm.rig.bones.len());
         for a in [0.0, 1.0] {
