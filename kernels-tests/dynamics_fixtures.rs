@@ -132,6 +132,8 @@ impl Crowd {
             skins_begin,
             links_end: self.links.len() as u32,
             looseness: 30.0 + 20.0 * random.next(),
+            frequency: [0.0, 9.0, 0.0][index % 3],
+            jiggle: [0.7, 0.0, 1.0][index % 3],
             ..MuscleBody::default()
         });
     }
@@ -145,6 +147,8 @@ impl Crowd {
         let n = muscle.segments as f32;
         let length = muscle.origin.xyz().distance(muscle.insertion.xyz());
         let bow = random.vec3() * 0.01;
+        // Shift and its velocity, as a substep before may have left them.
+        let jiggle = Vec4::new(0.0, 0.0, 0.1 * random.next(), random.next());
         for i in 0..=muscle.segments {
             let s = i as f32 / n;
             let rest = muscle.origin.xyz().lerp(muscle.insertion.xyz(), s) + bow * (4.0 * s * (1.0 - s));
@@ -158,7 +162,8 @@ impl Crowd {
                 velocity: (random.vec3() * 0.3).extend(mobility),
                 spring: Vec3::ZERO.extend(if tendon { length / n } else { 0.02 * length / n }),
                 pushes: Vec4::ZERO,
-                traits: Vec4::new((s.min(1.0 - s) / 0.1).min(1.0), if tendon { 10.0 } else { 1.0 }, 0.0, 0.0),
+                traits: Vec4::new((s.min(1.0 - s) / 0.1).min(1.0), if tendon { 10.0 } else { 1.0 }, 0.0, 0.0)
+                    + if i == 0 { jiggle } else { Vec4::ZERO },
                 ..Particle::default()
             });
             self.axes

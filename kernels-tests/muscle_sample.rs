@@ -30,6 +30,7 @@ impl Muscles {
             }));
             let share = i as f32 / count as f32;
             let profile = Profile::blend(&[((2 + i as u32 % 4, 3), 1.0 - share), ((4, 7), share)]);
+            let profile = Profile { shift: [0.0, 0.15, -0.2][i % 3], ..profile };
             let input = MuscleInput::new(&profile, 0.8 * share);
             let rest = MuscleRest {
                 origin: start.extend(3e-4),

@@ -56,7 +56,8 @@ impl Muscles {
                 let share = random.next().abs();
                 let profile = Profile::blend(&[((alpha, beta), share), ((4, 7), 1.0 - share)]);
                 let input = MuscleInput::new(&profile, 0.9 * random.next().abs());
-                MuscleInput { activation: share, width: 1.0, ..input }
+                let shift = [0.0, 0.2, -0.1][i % 3];
+                MuscleInput { activation: share, width: 1.0, shift, ..input }
             })
             .collect();
         let joints =

@@ -75,6 +75,7 @@ fn shape_one(
     let to = &input.joints[rest.insertion_joint as usize].matrix;
     let origin = transform_point(to_rest, transform_point(from, rest.origin.xyz()));
     let insertion = transform_point(to_rest, transform_point(to, rest.insertion.xyz()));
+    let mut own = *own;
     if input.iterates.is_empty() {
         muscle::straighten(points, origin, insertion);
     } else {
@@ -82,10 +83,11 @@ fn shape_one(
         for (point, moved) in points.iter_mut().zip(moved.iter().step_by(2)) {
             point.position = transform_point(to_rest, moved.xyz()).extend(0.0);
         }
+        own.shift = moved[2 * rest.segments as usize + 1].w;
     }
     let origin_normal = transform_vector(to_rest, transform_vector(from, rest.origin_normal.xyz()));
     let insertion_normal = transform_vector(to_rest, transform_vector(to, rest.insertion_normal.xyz()));
-    muscle::shape(rest, own, points, origin_normal, insertion_normal)
+    muscle::shape(rest, &own, points, origin_normal, insertion_normal)
 }
 
 /// The surface of a shaped muscle in scene space, metres; `points` are its own and `to_posed` the matrix of the joint that

@@ -14,6 +14,10 @@ override PI: f32;
 override STRETCH: f32;
 override NOMINAL_STIFFNESS: f32;
 override RATE: f32;
+override JIGGLE_RATE: f32;
+override JIGGLE_DAMPING: f32;
+override JIGGLE_MOST_SHIFT: f32;
+override JIGGLE_MOST_DRIVE: f32;
 
 // nominal 2^((k - .4) / .3), from the series of the exponential.
 fn frequency(k: f32, nominal: f32) -> f32 {
@@ -30,12 +34,49 @@ fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
         return vec2<f32>(input.stiffness, 0.0);
     }
     let segments = f32(body.segments);
-    let cycles = frequency(input.stiffness, params.frequency) * params.seconds;
+    var hertz = body.frequency;
+    if hertz == 0.0 {
+        hertz = frequency(input.stiffness, params.frequency);
+    }
+    let cycles = hertz * params.seconds;
     let compliance = STRETCH / (4.0 * body.insertion.w * cycles * cycles * segments);
     let angle = PI / segments;
     let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
     let radius = cosine * 2.0 * body.looseness / (2.0 * body.looseness + compliance);
     return vec2<f32>(compliance, radius * radius);
+}
+
+// Steps the oscillator along the axis by a substep, unless the joints carry, and gives the profile's shift.
+fn jiggle_shift(body: MuscleBody, joint: u32, first: u32, carries: bool, length: f32) -> f32 {
+    if body.jiggle == 0.0 {
+        return 0.0;
+    }
+    var away = particles[first].traits.z;
+    var speed = particles[first].traits.w;
+    if !carries {
+        let last = body.segments;
+        let start = particles[first].position.xyz;
+        let end = particles[first + last].position.xyz;
+        let displaced = math_transform_point(moved[joint + body.origin_joint].carry, start)
+            + math_transform_point(moved[joint + body.insertion_joint].carry, end);
+        let before = particles[first].velocity.xyz + particles[first + last].velocity.xyz;
+        let span = end - start;
+        let change = (displaced / params.seconds - before) * (0.5 * moved[joint + body.driver].retention);
+        var drive = math_dot(change, span) / max(sqrt(math_dot(span, span)) * length * params.seconds, 1e-9);
+        drive = clamp(drive, -JIGGLE_MOST_DRIVE, JIGGLE_MOST_DRIVE) * body.jiggle;
+        let rate = min(JIGGLE_RATE, 1.0 / params.seconds);
+        let slowed = 1.0 + 2.0 * JIGGLE_DAMPING * rate * params.seconds;
+        speed = (speed - (rate * rate * away + drive) * params.seconds) / slowed;
+        away += speed * params.seconds;
+        if math_not_finite(away) || math_not_finite(speed) {
+            away = 0.0;
+            speed = 0.0;
+        }
+        particles[first].traits.z = away;
+        particles[first].traits.w = speed;
+    }
+    let size = away / JIGGLE_MOST_SHIFT;
+    return away / sqrt(1.0 + size * size);
 }
 
 @compute @workgroup_size(64)
@@ -71,6 +112,7 @@ fn main(
     let carries = moved[joint + body.driver].carries != 0u;
     let scale = max(moved[joint + body.driver].scale, 1e-6);
     let width = input.width * sqrt(body.origin.w / (PI * max(length / scale, 1e-5))) * scale;
+    let shift = jiggle_shift(body, joint, first, carries, length);
     let short_squared = sqrt(1.0 - input.eccentricity * input.eccentricity);
     let from_carry = moved[joint + body.origin_joint].carry;
     let to_carry = moved[joint + body.insertion_joint].carry;
@@ -90,7 +132,7 @@ fn main(
         } else if !carries {
             place = carried + (particle.velocity.xyz * params.seconds - displaced) * retention;
         }
-        let radius = width * profile_at(input.factors, input.exponents, input.terms, share).x;
+        let radius = width * profile_shifted(input.factors, input.exponents, input.terms, shift, share).x;
         particle.position.w = radius;
         var section = math_transform_vector(driver_matrix, axes[first + i].normal.xyz);
         let size = sqrt(math_dot(section, section));
@@ -109,6 +151,7 @@ fn main(
         }
         particles[first + i] = particle;
     }
+    iterates[out + 3u + 2u * last].w = shift;
     let stiffness = stiffness_of(body, input);
     iterates[out] = vec4<f32>(lowest, stiffness.x);
     iterates[out + 1u] = vec4<f32>(highest, stiffness.y);

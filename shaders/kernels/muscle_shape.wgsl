@@ -33,7 +33,7 @@ fn shape(rest: MuscleRest, own: MuscleInput, first: u32, length: f32) -> MuscleF
     let width = own.width * sqrt(rest.origin.w / (PI * length));
     let short_squared = sqrt(1.0 - own.eccentricity * own.eccentricity);
     let long_squared = 1.0 / short_squared;
-    let largest = width * own.profile_bound * sqrt(long_squared);
+    let largest = width * (own.profile_bound * sqrt(1.0 + 4.0 * abs(own.shift))) * sqrt(long_squared);
     let support_radius = max(rest.insertion.w, LEAST_SUPPORT_RADII * largest);
     var lowest = axes[first].position.xyz;
     var highest = lowest;
@@ -55,6 +55,7 @@ fn shape(rest: MuscleRest, own: MuscleInput, first: u32, length: f32) -> MuscleF
     muscle.long_squared = long_squared;
     muscle.activation = own.activation;
     muscle.present = 1u;
+    muscle.shift = own.shift;
     return muscle;
 }
 
@@ -79,6 +80,7 @@ fn main(
     let insertion_normal =
         math_transform_vector(to_rest, math_transform_vector(insertion_matrix, rest.insertion_normal.xyz));
     let first = instance * params.point_count + rest.first_point;
+    var own = inputs[index];
     if params.moving == 0u {
         straighten(first, rest.segments, origin, insertion);
     } else {
@@ -86,7 +88,8 @@ fn main(
         for (var i = 0u; i <= rest.segments; i++) {
             axes[first + i].position = vec4<f32>(math_transform_point(to_rest, iterates[moved + 2u * i].xyz), 0.0);
         }
+        own.shift = iterates[moved + 2u * rest.segments + 1u].w;
     }
     let length = axis_frame(first, rest.segments, origin_normal, insertion_normal);
-    shaped[index] = shape(rest, inputs[index], first, length);
+    shaped[index] = shape(rest, own, first, length);
 }

@@ -9,7 +9,7 @@ fn muscle_near(muscle: MuscleFrame, first: u32, k: u32, q: vec3<f32>) -> Sample 
     let outward = on.offset / d;
     let distance_gradient = outward - on.arc_gradient * math_dot(outward, on.tangent);
     let s = clamp(on.arc * muscle.inverse_length, 0.0, 1.0);
-    let phi = profile_at(muscle.factors, muscle.exponents, muscle.terms, s);
+    let phi = profile_shifted(muscle.factors, muscle.exponents, muscle.terms, muscle.shift, s);
     let cosine = math_dot(outward, on.normal);
     let squared = cosine * cosine;
     let polar = 1.0 / sqrt(muscle.short_squared * squared + muscle.long_squared * (1.0 - squared));

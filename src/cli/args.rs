@@ -328,7 +328,7 @@ pub enum SettingsArg {
     Shape,
     /// Width or volume
     Size,
-    /// Stiffness, tendon, collision group
+    /// Stiffness, frequency, jiggle, tendon, collisions
     Physics,
     /// Drivers, attack, decay
     Drive,

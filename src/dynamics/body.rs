@@ -53,10 +53,18 @@ crate::gpu_struct! {
         pub skins_begin: u32,
         /// Past the last link to a field group.
         pub links_end: u32,
-        /// Unused.
-        pub pad_0: u32,
+        /// Frequency of the sideways swing, hertz; 0 where the stiffness says.
+        pub frequency: f32,
         /// Mobility 1/kg of a uniform chain of as many segments whose Jacobi sweeps converge as slowly as this one's do.
         pub looseness: f32,
+        /// How much of the bones' acceleration along the axis shifts the profile, 0..=1.
+        pub jiggle: f32,
+        /// Unused.
+        pub pad_0: u32,
+        /// Unused.
+        pub pad_1: u32,
+        /// Unused.
+        pub pad_2: u32,
     }
 }
 
@@ -165,6 +173,8 @@ pub(super) fn muscle_body(rest: &MuscleRest, spec: &MuscleSpec, particles: &[Par
         origin_joint: rest.origin_joint,
         insertion_joint: rest.insertion_joint,
         collides: kinds(spec.collides.bones, spec.collides.muscles, spec.collides.skin),
+        frequency: spec.frequency.unwrap_or(0.0),
+        jiggle: spec.jiggle,
         looseness: looseness(mass, particles),
         ..MuscleBody::default()
     }

@@ -26,6 +26,7 @@ pub mod body;
 mod chain;
 pub mod clock;
 mod contact;
+pub(crate) mod jiggle;
 pub mod joints;
 pub mod predict;
 pub mod project;
@@ -114,7 +115,7 @@ crate::gpu_struct! {
         pub peer_1: Vec4,
         /// Share of the radius that is kept clear of bones, less than 1 in the tendons; in `y` how many times stiffer than
         /// the muscle the segment that begins here is; `zw`, but at the ends, are the muscles of those half spaces, counted from
-        /// 1, 0 for none.
+        /// 1, 0 for none. At the origin they are the state of the lengthwise jiggle, at the insertion unused.
         pub traits: Vec4,
     }
 }

@@ -1,6 +1,6 @@
 //! Where a muscle's particles would be at the end of a substep if nothing held them. Twin of the kernel `muscle_predict`.
 
-use super::{DynamicsParams, MovedJoint, MuscleBody, Particle};
+use super::{DynamicsParams, MovedJoint, MuscleBody, Particle, jiggle};
 use crate::{
     field::muscle::{AxisPoint, MuscleInput, Profile, profile},
     math::{transform_point, transform_vector},
@@ -32,7 +32,7 @@ pub fn frequency(k: f32, nominal: f32) -> f32 {
 /// Predicts one muscle's particles, renews their radii, and writes its run of the iterates: see [`axis::half`](crate::field::muscle::axis::half).
 ///
 /// `moved` are the instance's joints; `axis` the muscle's as last shaped, zero before, `own` and `iterates` the muscle's. Where the joints carry, particles and their
-/// velocities stay as they are.
+/// velocities stay as they are. The first particle keeps the state of [`jiggle`].
 pub fn predict(
     params: &DynamicsParams,
     muscle: &MuscleBody,
@@ -56,7 +56,8 @@ pub fn predict(
     // In the group's space at rest, where the volume is kept (paper A, equation 3).
     let scale = driver.scale.max(1e-6);
     let width = input.width * (muscle.origin.w / (PI * (length / scale).max(1e-5))).sqrt() * scale;
-    let shape = Profile { factors: input.factors, exponents: input.exponents, terms: input.terms };
+    let shift = jiggle::shift(params, muscle, driver, [from, to], length, own);
+    let shape = Profile { factors: input.factors, exponents: input.exponents, terms: input.terms, shift };
     let (short_squared, _) = profile::ellipse_squared(input.eccentricity);
     let (mut lowest, mut highest) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for i in 0..=last {
@@ -88,6 +89,8 @@ pub fn predict(
             own[i].pushes = Vec4::ZERO;
         }
     }
+    // Nothing else reads the section's entry of the last point ([`axis::half`](crate::field::muscle::axis::half)).
+    iterates[3 + 2 * last].w = shift;
     let (compliance, radius_squared) = stiffness(params, muscle, input);
     iterates[0] = lowest.extend(compliance);
     iterates[1] = highest.extend(radius_squared);
@@ -100,7 +103,9 @@ fn stiffness(params: &DynamicsParams, muscle: &MuscleBody, input: &MuscleInput) 
         return (input.stiffness, 0.0);
     }
     let segments = muscle.segments as f32;
-    let cycles = frequency(input.stiffness, params.frequency) * params.seconds;
+    let own = muscle.frequency;
+    let hertz = if own > 0.0 { own } else { frequency(input.stiffness, params.frequency) };
+    let cycles = hertz * params.seconds;
     let compliance = STRETCH / (4.0 * muscle.insertion.w * cycles * cycles * segments);
     let angle = PI / segments;
     let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));

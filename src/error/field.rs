@@ -68,3 +68,23 @@ pub enum FieldError {
         most: u64,
     },
 }
+
+/// Why a mesh has no distance field.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MeshDistanceError {
+    /// More triangles than are looked through.
+    #[error("{triangles} triangles, at most {most} are read; give a simpler mesh or a capsule")]
+    TooManyTriangles {
+        /// Triangles of the mesh.
+        triangles: usize,
+        /// Most triangles that are read.
+        most: usize,
+    },
+    /// Nothing to be near to, or nothing that f32 can place.
+    #[error("it has no size, or lies too far from the origin for its size; give another one or a capsule")]
+    NoSize,
+    /// Triangles lie over one another in great numbers.
+    #[error("too many of its triangles lie over one another; give a simpler mesh or a capsule")]
+    Tangled,
+}

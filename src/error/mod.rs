@@ -12,7 +12,7 @@ mod table;
 
 pub use clip::ClipError;
 pub use device::DeviceError;
-pub use field::{FieldError, HrbfError};
+pub use field::{FieldError, HrbfError, MeshDistanceError};
 pub use figure::FigureError;
 pub use gltf::GltfError;
 pub(crate) use gltf::{is_unprintable, one_line};

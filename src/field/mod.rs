@@ -4,6 +4,7 @@ pub mod compose;
 pub mod evaluate;
 pub mod grid;
 pub mod hrbf;
+pub mod mesh_distance;
 pub mod muscle;
 pub mod poisson;
 pub mod transfer;

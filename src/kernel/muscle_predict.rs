@@ -2,7 +2,7 @@
 
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
-    dynamics::{DynamicsParams, MovedJoint, MuscleBody, Particle, StepClock, predict},
+    dynamics::{DynamicsParams, MovedJoint, MuscleBody, Particle, StepClock, jiggle, predict},
     field::muscle::{AxisPoint, MuscleInput},
     schedule::KernelId,
 };
@@ -18,6 +18,10 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("STRETCH", predict::STRETCH as f64),
         ("NOMINAL_STIFFNESS", predict::NOMINAL_STIFFNESS as f64),
         ("RATE", predict::RATE as f64),
+        ("JIGGLE_RATE", jiggle::RATE as f64),
+        ("JIGGLE_DAMPING", jiggle::DAMPING as f64),
+        ("JIGGLE_MOST_SHIFT", jiggle::MOST_SHIFT as f64),
+        ("JIGGLE_MOST_DRIVE", jiggle::MOST_DRIVE as f64),
     ],
     bindings: BINDINGS,
     workgroup: WORKGROUP,

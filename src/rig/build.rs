@@ -1,7 +1,8 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology, bones,
+    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology, bone_fields,
+    bones,
     groups::{FieldOptions, Fields, FitReport, build_fields},
     muscle::{self, BoneSpec},
 };
@@ -159,6 +160,7 @@ impl Rig {
         rig.aim();
         if options.fields {
             rig.bones = bones::with_capsules(&rig, bones, &options.bones);
+            bone_fields::build(&mut rig)?;
         }
         Ok(rig)
     }

@@ -1,5 +1,6 @@
 //! What a character is: skeleton, mesh, influences, field groups, muscles; and what one pose makes of it.
 
+mod bone_fields;
 mod bones;
 mod build;
 mod character;

@@ -44,7 +44,8 @@ pub(crate) const NO_DIRECTION: f32 = 1e-6;
 /// Per muscle two for its box, then two for each point: posed position with the mean radius in `w`, and the section's unit
 /// normal with the square of the ellipse's short semi-axis in `w` (0: round). The box is lowest and highest corner of the
 /// points grown by their radii; `w` are the compliance over the substep squared and the square of
-/// the spectral radius of Jacobi's sweeps.
+/// the spectral radius of Jacobi's sweeps. The last point begins no segment, so that nothing looks at its section's
+/// shape: there the profile's shift stands in `w`.
 pub fn half(muscle_count: u32, point_count: u32) -> usize {
     2 * (muscle_count as usize + point_count as usize)
 }

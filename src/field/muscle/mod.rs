@@ -51,6 +51,14 @@ crate::gpu_struct! {
         pub activation: f32,
         /// 1 where the muscle has a field, 0 where its axis has collapsed to a point.
         pub present: u32,
+        /// Shift of the profile along the axis.
+        pub shift: f32,
+        /// Unused.
+        pub pad_0: u32,
+        /// Unused.
+        pub pad_1: u32,
+        /// Unused.
+        pub pad_2: u32,
     }
 }
 
@@ -93,7 +101,7 @@ crate::gpu_struct! {
         pub exponents: u32,
         /// Number of the profile's terms.
         pub terms: u32,
-        /// Bound on the profile's largest value.
+        /// Bound on the profile's largest value without its shift.
         pub profile_bound: f32,
         /// Eccentricity, 0..=[`profile::MAX_ECCENTRICITY`].
         pub eccentricity: f32,
@@ -103,8 +111,8 @@ crate::gpu_struct! {
         pub activation: f32,
         /// Stiffness k, 0..=1.
         pub stiffness: f32,
-        /// Unused.
-        pub pad_0: u32,
+        /// Shift of the profile along the axis; where the dynamics move the muscle, theirs stands for it.
+        pub shift: f32,
     }
 }
 
@@ -115,7 +123,8 @@ impl MuscleInput {
             factors: profile.factors,
             exponents: profile.exponents,
             terms: profile.terms,
-            profile_bound: profile.bound(),
+            profile_bound: Profile { shift: 0.0, ..*profile }.bound(),
+            shift: profile.shift,
             eccentricity: eccentricity.clamp(0.0, profile::MAX_ECCENTRICITY),
             width: 1.0,
             ..MuscleInput::default()
@@ -149,7 +158,7 @@ pub fn shape(
     }
     let width = input.width * (rest.origin.w / (std::f32::consts::PI * length)).sqrt();
     let (short_squared, long_squared) = profile::ellipse_squared(input.eccentricity);
-    let largest = width * input.profile_bound * long_squared.sqrt();
+    let largest = width * (input.profile_bound * profile::stretch(input.shift)) * long_squared.sqrt();
     let support_radius = rest.insertion.w.max(LEAST_SUPPORT_RADII * largest);
     let mut lowest = points[0].position.xyz();
     let mut highest = lowest;
@@ -174,6 +183,8 @@ pub fn shape(
         long_squared,
         activation: input.activation,
         present: 1,
+        shift: input.shift,
+        ..MuscleFrame::default()
     }
 }
 
@@ -190,7 +201,7 @@ impl MuscleFrame {
     /// The profile that sweeps along the axis.
     #[inline]
     pub fn profile(&self) -> Profile {
-        Profile { factors: self.factors, exponents: self.exponents, terms: self.terms }
+        Profile { factors: self.factors, exponents: self.exponents, terms: self.terms, shift: self.shift }
     }
 
     /// The muscle's own points among those of its instance.

@@ -28,6 +28,9 @@ pub fn overlap(a: Exponents, b: Exponents) -> f64 {
 }
 
 /// A blend of profiles whose square has the integral 1, so that it keeps the muscle's volume (background 7.5).
+///
+/// A shift `d` moves the belly along the axis, towards the insertion where it is over 0: with
+/// `sigma(s) = s - 4 d s (1 - s)` the profile is `Phi(sigma(s)) sqrt(sigma'(s))`, whose square has the same integral.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     /// Factor of each term `s^(alpha-1) (1-s)^(beta-1)`; 0 beyond the terms there are.
@@ -36,6 +39,8 @@ pub struct Profile {
     pub exponents: u32,
     /// Number of terms.
     pub terms: u32,
+    /// Shift d, between -1/4 and 1/4; 0 leaves the profile as it is.
+    pub shift: f32,
 }
 
 impl Profile {
@@ -62,7 +67,7 @@ impl Profile {
         merged.sort_by(|a, b| b.1.total_cmp(&a.1));
         merged.truncate(MAX_TERMS);
         let norm = merged.iter().flat_map(|a| merged.iter().map(move |b| a.1 * b.1 * overlap(a.0, b.0))).sum::<f64>();
-        let mut profile = Profile { factors: Vec4::ZERO, exponents: 0, terms: merged.len() as u32 };
+        let mut profile = Profile { factors: Vec4::ZERO, exponents: 0, terms: merged.len() as u32, shift: 0.0 };
         for (k, ((alpha, beta), weight)) in merged.into_iter().enumerate() {
             let own = beta_function(2 * alpha - 1, 2 * beta - 1);
             profile.factors[k] = (weight / (norm * own).sqrt()) as f32;
@@ -82,6 +87,21 @@ impl Profile {
     /// Phi and its derivative at a share `s` of the length, 0..=1 (equation 4).
     #[inline]
     pub fn at(&self, s: f32) -> (f32, f32) {
+        let (mut place, mut slope, mut root, mut lean) = (s, 1.0, 1.0, 0.0);
+        if self.shift != 0.0 {
+            let (t, bend) = (1.0 - s, 4.0 * self.shift);
+            place = (s - bend * s * t).clamp(0.0, 1.0);
+            slope = 1.0 - bend * (t - s);
+            root = slope.sqrt();
+            // sigma'' is 2 bend.
+            lean = bend / root;
+        }
+        let (value, by_place) = self.unshifted(place);
+        (value * root, by_place * slope * root + value * lean)
+    }
+
+    #[inline]
+    fn unshifted(&self, s: f32) -> (f32, f32) {
         let t = 1.0 - s;
         let (mut value, mut slope) = (0.0, 0.0);
         for k in 0..self.terms as usize {
@@ -97,16 +117,17 @@ impl Profile {
         (value, slope)
     }
 
-    /// A bound on its largest value that costs little: the sum of its terms' own maxima.
+    /// A bound on its largest value that costs little: the sum of its terms' own maxima, and [`stretch`] of its shift.
     pub fn bound(&self) -> f32 {
-        (0..self.terms as usize)
+        let unshifted: f32 = (0..self.terms as usize)
             .map(|k| {
                 let byte = self.exponents >> (8 * k as u32);
                 let (p, q) = (byte & 15, (byte >> 4) & 15);
                 let s = p as f32 / (p + q).max(1) as f32;
                 self.factors[k] * power(s, p) * power(1.0 - s, q)
             })
-            .sum()
+            .sum();
+        unshifted * stretch(self.shift)
     }
 
     /// Its largest value. One shape has it at `s = (alpha - 1) / (alpha + beta - 2)`; a blend's is searched for.
@@ -121,6 +142,11 @@ impl Profile {
         }
         self.at(low).0.max(self.at(high).0)
     }
+}
+
+/// How much larger a shift can make a profile's values at most.
+pub(crate) fn stretch(shift: f32) -> f32 {
+    (1.0 + 4.0 * shift.abs()).sqrt()
 }
 
 /// Squares of the short and long semi-axes u and v for an eccentricity, with `u v = 1` (equation 5). Eccentricities over
@@ -276,6 +302,63 @@ mod tests {
                 assert!((measured - slope).abs() < 2e-3 + 1e-3 * slope.abs(), "{shapes:?} at {s}: {measured} {slope}");
             }
         }
+    }
+
+    const SHIFTS: [f32; 7] = [-0.24, -0.15, -0.03, 0.0, 0.05, 0.12, 0.24];
+
+    #[test]
+    fn shifted_profiles_keep_their_square_integral() {
+        for (a, b) in pairs().zip(pairs().skip(17)) {
+            for shift in SHIFTS {
+                let profile = Profile { shift, ..Profile::blend(&[(a, 0.7), (b, 0.3)]) };
+                let square = square_integral(&profile);
+                assert!((square - 1.0).abs() < 4e-6, "{a:?} {b:?} shifted by {shift}: {square}");
+            }
+        }
+        // In f64 the formula itself: what is over 1e-6 above is f32's.
+        for (a, d) in pairs().flat_map(|a| SHIFTS.map(|d| (a, f64::from(d)))) {
+            let own = integral(|s| raw(a, s).powi(2));
+            let square = integral(|s| raw(a, s - 4.0 * d * s * (1.0 - s)).powi(2) * (1.0 - 4.0 * d * (1.0 - 2.0 * s)));
+            assert!((square / own - 1.0).abs() < 1e-6, "{a:?} {d}");
+            let without = integral(|s| raw(a, s - 4.0 * d * s * (1.0 - s)).powi(2));
+            assert!(d == 0.0 || a != (2, 5) || (without / own - 1.0).abs() > 1e-2, "without the root: {a:?} {d}");
+        }
+    }
+
+    #[test]
+    fn shifted_slopes_are_the_values_own_and_bounds_hold() {
+        for shapes in [vec![((3, 3), 1.0)], vec![((2, 4), 0.3), ((4, 7), 0.7)], vec![((1, 1), 1.0)]] {
+            let plain = Profile::blend(&shapes);
+            for shift in SHIFTS {
+                let profile = Profile { shift, ..plain };
+                for i in 1..100 {
+                    let (s, h) = (i as f32 / 100.0, 1e-3);
+                    let measured = (profile.at(s + h).0 - profile.at(s - h).0) / (2.0 * h);
+                    let slope = profile.at(s).1;
+                    let error = (measured - slope).abs();
+                    assert!(error < 4e-3 + 2e-3 * slope.abs(), "{shapes:?} at {s} by {shift}: {measured} {slope}");
+                }
+                assert!(profile.max() <= profile.bound() * (1.0 + 1e-6), "{shapes:?} by {shift}");
+                if shift == 0.0 {
+                    assert!((0..=64).all(|i| profile.at(i as f32 / 64.0) == plain.unshifted(i as f32 / 64.0)));
+                }
+            }
+            assert!(
+                shapes.len() > 1 || shapes[0].0 == (1, 1) || {
+                    let unbounded = Profile { shift: 0.24, ..plain }.max();
+                    unbounded > plain.bound() * 1.02
+                }
+            );
+        }
+        // The belly moves towards the insertion, by about the shift.
+        let peak = |shift: f32| {
+            let profile = Profile { shift, ..Profile::of(3, 3) };
+            (0..1000)
+                .map(|i| i as f32 / 1000.0)
+                .max_by(|a, b| profile.at(*a).0.total_cmp(&profile.at(*b).0))
+                .expect("one")
+        };
+        assert!(peak(0.1) > 0.58 && peak(-0.1) < 0.42 && peak(0.0) == 0.5, "{} {}", peak(0.1), peak(-0.1));
     }
 
     #[test]

@@ -42,6 +42,8 @@ pub(in crate::rig) fn muscle(spec: &MuscleSpec) -> Checked {
     shape("active.", "active.width", &spec.active)?;
     within("stiffness", spec.stiffness, MuscleSpec::STIFFNESS_RANGE)?;
     within("tendon", spec.tendon, MuscleSpec::TENDON_RANGE)?;
+    spec.frequency.map_or(Ok(()), |hertz| within("frequency", hertz, MuscleSpec::FREQUENCY_RANGE))?;
+    within("jiggle", spec.jiggle, MuscleSpec::JIGGLE_RANGE)?;
     speeds(&spec.drive)?;
     for (i, driver) in spec.drive.drivers.iter().enumerate() {
         source(&format!("drivers[{i}]"), &driver.source)?;

@@ -257,6 +257,10 @@ pub struct MuscleSpec {
     pub collision_group: String,
     /// What it collides with, of what the dynamics have on.
     pub collides: Collides,
+    /// Frequency of its sideways swing, hertz, in place of the one that its stiffness stands for.
+    pub frequency: Option<f32>,
+    /// How much of the bones' acceleration along it shifts its belly, 0 (not at all) to 1.
+    pub jiggle: f32,
     /// What activates it.
     pub drive: Drive,
     /// What is keyed.
@@ -280,6 +284,10 @@ impl MuscleSpec {
     pub const MAX_WIDTH: f32 = 10.0;
     /// What factors on the width may be.
     pub const WIDTH_RANGE: RangeInclusive<f32> = f32::MIN_POSITIVE..=Self::MAX_WIDTH;
+    /// What a frequency may be, hertz.
+    pub const FREQUENCY_RANGE: RangeInclusive<f32> = 1.0..=60.0;
+    /// What jiggle may be.
+    pub const JIGGLE_RANGE: RangeInclusive<f32> = 0.0..=1.0;
     /// What share of the length may be tendon, at each end.
     pub const TENDON_RANGE: RangeInclusive<f32> = 0.0..=0.45;
     /// Segments of an axis where nothing else is said: the paper's 30 particles.
@@ -306,6 +314,8 @@ impl MuscleSpec {
             tendon: Self::TENDON,
             collision_group: String::new(),
             collides: Collides::default(),
+            frequency: None,
+            jiggle: 0.0,
             drive: Drive::default(),
             keys: Keys::default(),
         }

@@ -3,14 +3,14 @@
 use super::curve::{CurveTable, Exact, ShapeCurveTable};
 use super::place::Fault;
 use super::tables::{
-    ActiveTable, AngleTable, AttachmentTable, BoneTable, DriverTable, FibresTable, KeysTable, LengthTable, MuscleTable,
-    TimeTable,
+    ActiveTable, AngleTable, AttachmentTable, BoneTable, CollidesName, DriverTable, FibresTable, KeysTable,
+    LengthTable, MuscleTable, TimeTable,
 };
 use crate::error::is_unprintable;
 use crate::rig::muscle::check::{self, Wrong};
 use crate::rig::muscle::{
-    Attachment, BoneShape, BoneSpec, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize,
-    MuscleSpec, ShapeCurve, Source,
+    Attachment, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
+    MuscleSize, MuscleSpec, ShapeCurve, Source,
 };
 use glam::Vec3;
 
@@ -66,6 +66,9 @@ pub(super) fn muscle(table: MuscleTable) -> Checked<MuscleSpec> {
         collision_group: table
             .collision_group
             .map_or(Ok(String::new()), |group| self::name("collision_group", group))?,
+        collides: table.collides.map_or(Collides::default(), |names| collides(&names)),
+        frequency: table.frequency,
+        jiggle: table.jiggle.unwrap_or(0.0),
         drive,
         keys,
         ..spec
@@ -139,6 +142,11 @@ fn active(table: ActiveTable, rest: MuscleShape, scale: f32) -> Checked<MuscleSh
 fn attachment(key: &str, table: AttachmentTable) -> Checked<Attachment> {
     let normal = table.normal.map_or(Vec3::Z, |normal| Vec3::from(normal.0));
     Ok(Attachment { bone: name(&format!("{key}.bone"), table.bone)?, offset: Vec3::from(table.offset.0), normal })
+}
+
+fn collides(names: &[CollidesName]) -> Collides {
+    let has = |name| names.contains(&name);
+    Collides { bones: has(CollidesName::Bones), muscles: has(CollidesName::Muscles), skin: has(CollidesName::Skin) }
 }
 
 fn fibres(table: FibresTable) -> FibreSet {

@@ -25,7 +25,7 @@ pub enum Settings {
     Shape,
     /// Width or volume.
     Size,
-    /// Stiffness, tendon, collision group.
+    /// Stiffness, frequency, jiggle, tendon, what the muscle collides with.
     Physics,
     /// Drivers, attack, decay.
     Drive,
@@ -239,9 +239,15 @@ fn copied(from: &MuscleSpec, to: MuscleSpec, settings: Settings) -> MuscleSpec {
     match settings {
         Settings::Shape => MuscleSpec { rest: from.rest, active: from.active, segments: from.segments, ..to },
         Settings::Size => MuscleSpec { size: from.size, ..to },
-        Settings::Physics => {
-            MuscleSpec { stiffness: from.stiffness, tendon: from.tendon, collision_group: from.collision_group, ..to }
-        }
+        Settings::Physics => MuscleSpec {
+            stiffness: from.stiffness,
+            tendon: from.tendon,
+            collision_group: from.collision_group,
+            collides: from.collides,
+            frequency: from.frequency,
+            jiggle: from.jiggle,
+            ..to
+        },
         Settings::Drive => {
             let mut drive = Drive { keys: to.drive.keys, ..from.drive };
             for driver in &mut drive.drivers {
@@ -264,10 +270,11 @@ fn copied(from: &MuscleSpec, to: MuscleSpec, settings: Settings) -> MuscleSpec {
 /// Brings a muscle's table from what it says to what it is to say.
 fn update(table: &mut Table, old: &MuscleSpec, new: &MuscleSpec) {
     let (mut needed, mut all) = (write::muscle(new, Detail::Needed), write::muscle(new, Detail::All));
-    let same: [(&[&str], bool); 6] = [
+    let same: [(&[&str], bool); 7] = [
         (&["origin"], old.origin == new.origin),
         (&["insertion"], old.insertion == new.insertion),
         (&["fibres"], old.fibres == new.fibres),
+        (&["collides"], old.collides == new.collides),
         (&["drivers"], old.drive.drivers == new.drive.drivers),
         (&["keys"], old.keys == new.keys && old.drive.keys == new.drive.keys),
         (

@@ -82,6 +82,14 @@ pub(super) struct MuscleTable {
     pub tendon: Option<f32>,
     /// Muscles of the same group collide with one another; without one the muscle collides with none.
     pub collision_group: Option<String>,
+    /// What the muscle collides with; bones, muscles and skin where nothing is said, and nothing where the list is empty.
+    pub collides: Option<Vec<CollidesName>>,
+    /// Frequency of its sideways swing, 1 to 60 Hz, in place of the one that the stiffness stands for.
+    #[schemars(range(min = 1.0, max = 60.0))]
+    pub frequency: Option<f32>,
+    /// How much of the bones' acceleration along the muscle shifts its belly, 0 to 1; 0 where nothing is said.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub jiggle: Option<f32>,
     /// What activates the muscle, in order; without any word its own shortening, fully at 70 % of its rest length.
     pub drivers: Option<Vec<DriverTable>>,
     /// Seconds from no to full activation at the quickest; 0 follows at once.
@@ -102,6 +110,15 @@ pub(super) enum SideName {
     Right,
     #[default]
     Centre,
+}
+
+/// What a muscle can collide with.
+#[derive(Clone, Copy, Deserialize, JsonSchema, PartialEq)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum CollidesName {
+    Bones,
+    Muscles,
+    Skin,
 }
 
 /// One end of a muscle.

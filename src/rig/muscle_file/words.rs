@@ -193,6 +193,7 @@ fn wanted_words(wanted: &str, place: &Place) -> String {
         "a boolean" => "true or false",
         "a string" => "text in quotes",
         "a sequence" => match key {
+            "collides" => "a list, [\"bones\", \"muscles\", \"skin\"]",
             "drivers" => "a list of drivers, [{ length = {} }, ..]",
             "origin_line" | "insertion_line" => "a list of points, [[x, y, z], ..]",
             "activation" | "eccentricity" | "width" | "stiffness" => "a key, [seconds, value]",
@@ -214,6 +215,7 @@ fn wanted_words(wanted: &str, place: &Place) -> String {
 /// Keys whose value is one of a few words.
 fn words_of(key: &str) -> &'static str {
     match key {
+        "collides" => "\"bones\", \"muscles\" or \"skin\"",
         "side" => "\"left\", \"right\" or \"centre\"",
         "combine" => "\"max\", \"add\" or \"multiply\"",
         "ease" => "\"linear\", \"step\" or \"cubic\"",

@@ -1,8 +1,8 @@
 //! From muscles to the file's tables.
 
 use crate::rig::muscle::{
-    Attachment, BodySide, BoneShape, BoneSpec, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
-    MuscleSize, MuscleSpec, Source,
+    Attachment, BodySide, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys,
+    MuscleShape, MuscleSize, MuscleSpec, Source,
 };
 use glam::Vec3;
 use toml_edit::{Array, InlineTable, Table, Value};
@@ -51,6 +51,11 @@ pub(super) fn muscle(spec: &MuscleSpec, detail: Detail) -> Table {
     put("stiffness", spec.stiffness != MuscleSpec::STIFFNESS, number(spec.stiffness));
     put("tendon", spec.tendon != MuscleSpec::TENDON, number(spec.tendon));
     put("collision_group", !spec.collision_group.is_empty(), spec.collision_group.as_str().into());
+    put("collides", spec.collides != Collides::default(), collides(spec.collides).into());
+    if let Some(hertz) = spec.frequency {
+        put("frequency", true, number(hertz));
+    }
+    put("jiggle", spec.jiggle != 0.0, number(spec.jiggle));
     let drivers: Array = spec.drive.drivers.iter().map(|d| driver(d, &spec.name)).collect();
     put("drivers", spec.drive.drivers != default.drivers, drivers.into());
     put("attack", spec.drive.attack != 0.0, number(spec.drive.attack));
@@ -85,6 +90,11 @@ fn side(side: BodySide) -> &'static str {
         BodySide::Right => "right",
         BodySide::Centre => "centre",
     }
+}
+
+fn collides(collides: Collides) -> Array {
+    let names = [("bones", collides.bones), ("muscles", collides.muscles), ("skin", collides.skin)];
+    names.into_iter().filter(|(_, on)| *on).map(|(name, _)| name).collect()
 }
 
 fn attachment(end: &Attachment, all: bool) -> InlineTable {

@@ -1,7 +1,7 @@
 use super::super::*;
 use crate::rig::muscle::{
-    Attachment, BodySide, BoneShape, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize,
-    ShapeCurve,
+    Attachment, BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
+    MuscleSize, ShapeCurve,
 };
 use crate::rig::{Character, Joint};
 use glam::{EulerRot, Mat4, Quat, Vec3};
@@ -236,6 +236,8 @@ prop_compose! {
         (activation, width) in (curve(0.0..1.0), curve(0.1..3.0)),
         (size, by_volume, segments, tendon) in (1e-6f32..0.1, any::<bool>(), 3u32..=63, 0.0f32..0.45),
         (attack, group, overlap) in (0.0f32..2.0, "[a-z]{0,5}", any::<bool>()),
+        (bones, muscles, skin) in (any::<bool>(), any::<bool>(), any::<bool>()),
+        (frequency, jiggle) in (prop::option::of(1.0f32..60.0), 0.0f32..1.0),
     ) -> MuscleSpec {
         let end = |bone: &str, (offset, normal)| Attachment { bone: bone.into(), offset, normal };
         let [origin, insertion] = ends;
@@ -252,6 +254,9 @@ prop_compose! {
             active: if same { rest } else { active },
             tendon,
             collision_group: group,
+            collides: Collides { bones, muscles, skin },
+            frequency,
+            jiggle,
             drive: Drive { drivers, attack, ..Drive::default() },
             keys: Keys { activation, width, shape, ..Keys::default() },
             ..MuscleSpec::new("x_l", "arm_l", end("chest", origin), end("arm_l", insertion), size)

@@ -1,6 +1,7 @@
 use super::super::*;
 use crate::rig::muscle::{
-    BodySide, BoneShape, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize, ShapeCurve,
+    BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize,
+    ShapeCurve,
 };
 use glam::Vec3;
 
@@ -61,6 +62,9 @@ volume = 1e-4
 stiffness = 0.7
 tendon = 0.2
 collision_group = "shoulder"
+collides = ["skin", "bones"]
+frequency = 9.5
+jiggle = 0.5
 attack = 0.1
 decay = 0.2
 drivers = [
@@ -114,6 +118,9 @@ mesh = "Ulna"
         stiffness: 0.7,
         tendon: 0.2,
         collision_group: "shoulder".into(),
+        collides: Collides { muscles: false, ..Collides::default() },
+        frequency: Some(9.5),
+        jiggle: 0.5,
         drive: Drive {
             drivers: vec![
                 driver(Source::Length { min: 0.5, max: 1.1, invert: true }, Combine::Max),
@@ -178,6 +185,16 @@ fn mistakes_name_line_and_column() {
         ("active = { bta = 2 }", "8:12: unknown key `bta`; did you mean `beta`?"),
         ("stiffness = 2", "8:13: "),
         ("tendon = 0.5", "8:10: "),
+        ("collides = [\"bone\"]", "8:13: unknown value `bone`; did you mean `bones`?"),
+        (
+            "collides = \"bones\"",
+            "8:12: muscle `biceps`: `collides` is the text \"bones\", and must be a list, [\"bones\",",
+        ),
+        ("collides = [1]", "8:13: muscle `biceps`: an item of `collides` must be \"bones\", \"muscles\" or \"skin\""),
+        ("frequency = 0.5", "8:13: muscle `biceps`: frequency is 0.5, and must be in 1 to 60"),
+        ("frequency = nan", "8:13: muscle `biceps`: frequency is NaN"),
+        ("frequency = \"12 Hz\"", "8:13: muscle `biceps`: `frequency` is the text \"12 Hz\", and must be a number"),
+        ("jiggle = 1.5", "8:10: muscle `biceps`: jiggle is 1.5, and must be in 0 to 1"),
         ("attack = -1", "8:10: muscle `biceps`: attack is -1"),
         ("width_scale = 0", "8:15: muscle `biceps`: width_scale is 0, and must be over 0 and at most 10"),
         ("width_scale = 10.5", "8:15: muscle `biceps`: width_scale is 10.5"),
@@ -370,4 +387,12 @@ fn lists_that_are_too_long_are_refused() {
         let refused = with(line).expect_err("too long");
         assert!(refused.starts_with("m.toml:7:") && refused.contains("three numbers"), "{refused}");
     }
+}
+
+#[test]
+fn a_list_of_collisions_leaves_out_what_it_does_not_name() {
+    let of = |line: &str| read_text(&format!("{GOOD}{line}\n")).muscles[0].collides;
+    assert_eq!(of(""), Collides::default());
+    assert_eq!(of("collides = []"), Collides { bones: false, muscles: false, skin: false });
+    assert_eq!(of("collides = [\"muscles\", \"muscles\"]"), Collides { bones: false, muscles: true, skin: false });
 }
