@@ -103,9 +103,13 @@ fn main(
     let out = dynamics_run(instance, index - instance * params.muscle_count, body.first_point, 0u);
     let last = body.segments;
     var length = 0.0;
+    var rest = 0.0;
+    var softness = 0.0;
     for (var i = 0u; i < last; i++) {
         let span = particles[first + i + 1u].position.xyz - particles[first + i].position.xyz;
         length += sqrt(math_dot(span, span));
+        rest += particles[first + i].spring.w;
+        softness += 1.0 / particles[first + i].traits.y;
     }
     let driver_matrix = moved[joint + body.driver].matrix;
     let retention = moved[joint + body.driver].retention;
@@ -116,6 +120,13 @@ fn main(
     let short_squared = sqrt(1.0 - input.eccentricity * input.eccentricity);
     let from_carry = moved[joint + body.origin_joint].carry;
     let to_carry = moved[joint + body.insertion_joint].carry;
+    let origin = math_transform_point(moved[joint + body.origin_joint].matrix, body.origin.xyz);
+    let insertion = math_transform_point(moved[joint + body.insertion_joint].matrix, body.insertion.xyz);
+    let stiffness = stiffness_of(body, input);
+    // All springs start with the tension of the whole axis along its chord, which moves no particle.
+    let excess = select(max(length - rest * scale, 0.0), 0.0, params.pbd != 0u);
+    let chord = insertion - origin;
+    let pull = chord * (-excess / (stiffness.x * softness * max(sqrt(math_dot(chord, chord)), 1e-9)));
     var lowest = vec3<f32>(3.4e38);
     var highest = vec3<f32>(-3.4e38);
     for (var i = 0u; i <= last; i++) {
@@ -126,9 +137,9 @@ fn main(
         let carried = x + displaced;
         var place = carried;
         if i == 0u {
-            place = math_transform_point(moved[joint + body.origin_joint].matrix, body.origin.xyz);
+            place = origin;
         } else if i == last {
-            place = math_transform_point(moved[joint + body.insertion_joint].matrix, body.insertion.xyz);
+            place = insertion;
         } else if !carries {
             place = carried + (particle.velocity.xyz * params.seconds - displaced) * retention;
         }
@@ -146,13 +157,12 @@ fn main(
         lowest = min(lowest, place - radius);
         highest = max(highest, place + radius);
         if !carries {
-            particle.spring = vec4<f32>(0.0, 0.0, 0.0, particle.spring.w);
+            particle.spring = vec4<f32>(select(pull, vec3<f32>(0.0), i == last), particle.spring.w);
             particle.pushes = vec4<f32>(0.0);
         }
         particles[first + i] = particle;
     }
     iterates[out + 3u + 2u * last].w = shift;
-    let stiffness = stiffness_of(body, input);
     iterates[out] = vec4<f32>(lowest, stiffness.x);
     iterates[out + 1u] = vec4<f32>(highest, stiffness.y);
 }

@@ -91,7 +91,7 @@ mod on_device {
                 }
             }
             // Each frame goes on from one state, so that its figures are those of one frame.
-            if let Some(simulation) = &mut motion.simulation {
+            if let Some(simulation) = &mut both.motion.simulation {
                 simulation.resume(&gpu.particles, &gpu.axes);
             }
             // Added up by frame: the reports of a whole clip would take gigabytes.

@@ -29,10 +29,12 @@ pub fn frequency(k: f32, nominal: f32) -> f32 {
     nominal * squared * squared
 }
 
-/// Predicts one muscle's particles, renews their radii, and writes its run of the iterates: see [`axis::half`](crate::field::muscle::axis::half).
+/// Predicts one muscle's particles, renews their radii, and writes its run of the iterates: see
+/// [`axis::half`](crate::field::muscle::axis::half).
 ///
-/// `moved` are the instance's joints; `axis` the muscle's as last shaped, zero before, `own` and `iterates` the muscle's. Where the joints carry, particles and their
-/// velocities stay as they are. The first particle keeps the state of [`jiggle`].
+/// `moved` are the instance's joints; `axis` the muscle's as last shaped, zero before, `own` and `iterates` the muscle's.
+/// Where the joints carry, particles and their velocities stay as they are. The first particle keeps the state of
+/// [`jiggle`].
 pub fn predict(
     params: &DynamicsParams,
     muscle: &MuscleBody,
@@ -48,10 +50,12 @@ pub fn predict(
     }
     let driver = &moved[muscle.driver as usize];
     let last = muscle.segments as usize;
-    let mut length = 0.0;
+    let (mut length, mut rest, mut softness) = (0.0, 0.0, 0.0);
     for i in 0..last {
         let span = own[i + 1].position.xyz() - own[i].position.xyz();
         length += span.length();
+        rest += own[i].spring.w;
+        softness += 1.0 / own[i].traits.y;
     }
     // In the group's space at rest, where the volume is kept (paper A, equation 3).
     let scale = driver.scale.max(1e-6);
@@ -59,6 +63,14 @@ pub fn predict(
     let shift = jiggle::shift(params, muscle, driver, [from, to], length, own);
     let shape = Profile { factors: input.factors, exponents: input.exponents, terms: input.terms, shift };
     let (short_squared, _) = profile::ellipse_squared(input.eccentricity);
+    let origin = transform_point(&from.matrix, muscle.origin.xyz());
+    let insertion = transform_point(&to.matrix, muscle.insertion.xyz());
+    let (compliance, radius_squared) = stiffness(params, muscle, input);
+    // All springs start with the tension of the whole axis along its chord: that moves no particle, and is the part of the
+    // solution that sweeps from one segment to the next are slowest to find.
+    let excess = if params.pbd != 0 { 0.0 } else { (length - rest * scale).max(0.0) };
+    let chord = insertion - origin;
+    let pull = chord * (-excess / (compliance * softness * chord.length().max(1e-9)));
     let (mut lowest, mut highest) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for i in 0..=last {
         let share = i as f32 / last as f32;
@@ -66,9 +78,9 @@ pub fn predict(
         let displaced = transform_point(&from.carry, x) * (1.0 - share) + transform_point(&to.carry, x) * share;
         let carried = x + displaced;
         let place = if i == 0 {
-            transform_point(&from.matrix, muscle.origin.xyz())
+            origin
         } else if i == last {
-            transform_point(&to.matrix, muscle.insertion.xyz())
+            insertion
         } else if driver.carries != 0 {
             carried
         } else {
@@ -85,13 +97,12 @@ pub fn predict(
         lowest = lowest.min(place - radius);
         highest = highest.max(place + radius);
         if driver.carries == 0 {
-            own[i].spring = Vec3::ZERO.extend(own[i].spring.w);
+            own[i].spring = if i < last { pull } else { Vec3::ZERO }.extend(own[i].spring.w);
             own[i].pushes = Vec4::ZERO;
         }
     }
     // Nothing else reads the section's entry of the last point ([`axis::half`](crate::field::muscle::axis::half)).
     iterates[3 + 2 * last].w = shift;
-    let (compliance, radius_squared) = stiffness(params, muscle, input);
     iterates[0] = lowest.extend(compliance);
     iterates[1] = highest.extend(radius_squared);
 }
