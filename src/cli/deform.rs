@@ -4,6 +4,7 @@ use crate::args::Device;
 use crate::failure::Failure;
 use crate::playback::Moves;
 use glam::{Vec3, Vec4Swizzles};
+#[cfg(feature = "gpu")]
 use sinew::dynamics::Particle;
 use sinew::field::muscle::{AxisPoint, MuscleFrame};
 use sinew::reference::{Motion, Reference, Trace};
@@ -27,7 +28,8 @@ pub struct Shaped {
     pub muscles: Vec<MuscleFrame>,
     /// Points of their axes.
     pub axes: Vec<AxisPoint>,
-    /// The same points in motion, posed scene space; empty without dynamics.
+    /// The same points in motion, posed scene space; empty without dynamics. Only pictures show them.
+    #[cfg(feature = "gpu")]
     pub particles: Vec<Particle>,
 }
 
@@ -92,8 +94,12 @@ impl OnCpu {
     }
 
     fn keep(&mut self, trace: Trace) {
-        let particles = self.motion.simulation.as_ref().map_or(Vec::new(), |s| s.particles.clone());
-        self.shaped = Shaped { muscles: trace.muscles, axes: trace.axes, particles };
+        self.shaped = Shaped {
+            muscles: trace.muscles,
+            axes: trace.axes,
+            #[cfg(feature = "gpu")]
+            particles: self.motion.simulation.as_ref().map_or(Vec::new(), |s| s.particles.clone()),
+        };
     }
 }
 

@@ -257,7 +257,7 @@ impl Batch {
         }
     }
 
-    /// Muscles of the last frame ([`MuscleFrame`]), instance after instance.
+    /// Muscles of the last frame ([`crate::field::muscle::MuscleFrame`]), instance after instance.
     pub fn muscles(&self) -> &wgpu::Buffer {
         &self.buffers.muscles
     }
@@ -277,7 +277,7 @@ impl Batch {
         &self.buffers.iterates
     }
 
-    /// How the march of every vertex ended ([`MarchReport`]), instance after instance.
+    /// How the march of every vertex ended ([`crate::tracking::MarchReport`]), instance after instance.
     pub fn reports(&self) -> &wgpu::Buffer {
         &self.buffers.reports
     }
