@@ -83,6 +83,7 @@ fn shape_one(
         for (point, moved) in points.iter_mut().zip(moved.iter().step_by(2)) {
             point.position = transform_point(to_rest, moved.xyz()).extend(0.0);
         }
+        muscle::smooth(points);
         own.shift = moved[2 * rest.segments as usize + 1].w;
     }
     let origin_normal = transform_vector(to_rest, transform_vector(from, rest.origin_normal.xyz()));

@@ -14,12 +14,25 @@ override MIN_LENGTH: f32;
 override LEAST_SUPPORT_RADII: f32;
 override ROUNDING: f32;
 override PI: f32;
+override SMOOTHING: u32;
 
 // Puts the points evenly on the straight line between the ends.
 fn straighten(first: u32, segments: u32, origin: vec3<f32>, insertion: vec3<f32>) {
     for (var i = 0u; i <= segments; i++) {
         let share = f32(i) / f32(segments);
         axes[first + i].position = vec4<f32>(origin * (1.0 - share) + insertion * share, 0.0);
+    }
+}
+
+// Smooths the inner points by binomial passes.
+fn smooth_axis(first: u32, segments: u32) {
+    for (var k = 0u; k < SMOOTHING; k++) {
+        var before = axes[first].position;
+        for (var i = 1u; i < segments; i++) {
+            let own = axes[first + i].position;
+            axes[first + i].position = (before + axes[first + i + 1u].position) * 0.25 + own * 0.5;
+            before = own;
+        }
     }
 }
 
@@ -88,6 +101,7 @@ fn main(
         for (var i = 0u; i <= rest.segments; i++) {
             axes[first + i].position = vec4<f32>(math_transform_point(to_rest, iterates[moved + 2u * i].xyz), 0.0);
         }
+        smooth_axis(first, rest.segments);
         own.shift = iterates[moved + 2u * rest.segments + 1u].w;
     }
     let length = axis_frame(first, rest.segments, origin_normal, insertion_normal);

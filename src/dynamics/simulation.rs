@@ -9,6 +9,7 @@ use crate::{
         muscle::{
             AxisPoint,
             axis::{half, run},
+            smooth,
         },
     },
     rig::{FrameInputs, JointFrame, Rig},
@@ -167,7 +168,12 @@ pub fn settle(rig: &mut Rig, options: &DynamicsOptions) {
     let mut simulation = Simulation::new(Arc::new(Bodies::new(rig)));
     let options = DynamicsOptions { settle: SETTLE_AT_REST, ..*options };
     simulation.advance(Skins::of(rig), &inputs, 0.0, &options);
-    let points: Vec<Vec3> = simulation.particles.iter().map(|p| p.position.xyz()).collect();
+    let point = |p: &Particle| AxisPoint { position: p.position.xyz().extend(0.0), ..AxisPoint::default() };
+    let mut axes: Vec<AxisPoint> = simulation.particles.iter().map(point).collect();
+    for muscle in &simulation.bodies.muscles {
+        smooth(&mut axes[muscle.first_point as usize..][..=muscle.segments as usize]);
+    }
+    let points: Vec<Vec3> = axes.iter().map(|p| p.position.xyz()).collect();
     rig.set_axes_rest(&points);
 }
 

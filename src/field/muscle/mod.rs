@@ -197,6 +197,23 @@ pub fn straighten(points: &mut [AxisPoint], origin: Vec3, insertion: Vec3) {
     }
 }
 
+/// Passes of [`smooth`]: kinks of one to three points go, a bow of the whole axis stays.
+pub const SMOOTHING: u32 = 8;
+
+/// Smooths the inner points of an axis by [`SMOOTHING`] binomial passes. Tension alone joins the points of a muscle in
+/// motion, so that an axis has a kink wherever a single point touches something; flesh has none, and a tube with kinks
+/// sharper than it is thick would not keep its volume.
+pub fn smooth(points: &mut [AxisPoint]) {
+    for _ in 0..SMOOTHING {
+        let mut before = points[0].position;
+        for i in 1..points.len() - 1 {
+            let own = points[i].position;
+            points[i].position = (before + points[i + 1].position) * 0.25 + own * 0.5;
+            before = own;
+        }
+    }
+}
+
 impl MuscleFrame {
     /// The profile that sweeps along the axis.
     #[inline]
