@@ -66,6 +66,17 @@ fn finish(work: Work, held: Held, i: u32) {
     particles[work.first + i].velocity = vec4<f32>((displaced + relative) / params.seconds, particle.velocity.w);
 }
 
+// The final contact passes; what one of them has not moved, the next one would not move either.
+fn settle(work: Work, held: ptr<function, Held>, i: u32) {
+    for (var k = 0u; k < params.final_passes; k++) {
+        let before = at[i].xyz;
+        hold_settle(work, held, i);
+        if all(at[i].xyz == before) {
+            break;
+        }
+    }
+}
+
 fn store(work: Work, held: Held, i: u32, write: u32) {
     iterates[write + 2u + 2u * i] = vec4<f32>(at[i].xyz, held.radius);
     iterates[write + 3u + 2u * i] = iterates[work.read + 3u + 2u * i];
@@ -163,13 +174,11 @@ fn main(
         }
     }
     if params.ends_substep != 0u {
-        for (var k = 0u; k < params.final_passes; k++) {
-            if moves_0 {
-                hold_settle(work, &held_0, i0);
-            }
-            if moves_1 {
-                hold_settle(work, &held_1, i1);
-            }
+        if moves_0 {
+            settle(work, &held_0, i0);
+        }
+        if moves_1 {
+            settle(work, &held_1, i1);
         }
     }
     if local == 0u {

@@ -36,7 +36,12 @@ pub fn project(params: &DynamicsParams, index: usize, around: &Surroundings, own
     if params.ends_substep != 0 {
         for i in 1..chain.points - 1 {
             for _ in 0..params.final_passes {
+                let before = chain.at[i];
                 held.settle(&mut chain, i);
+                // What nothing has moved, the next pass would not move either.
+                if chain.at[i] == before {
+                    break;
+                }
             }
         }
     }
