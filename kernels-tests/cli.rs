@@ -70,7 +70,7 @@ pub fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn wrong_flags_are_usage() {
-    let cases: [&[&str]; 15] = [
+    let cases: [&[&str]; 19] = [
         &[],
         &["dance"],
         &["bake"],
@@ -82,6 +82,10 @@ fn wrong_flags_are_usage() {
         &["render", "in.glb", "-o", "out", "--threads", "0"],
         &["bake", "in.glb", "-o", "out", "--threads", "1025"],
         &["inspect", "in.glb", "--wobble"],
+        &["bake", "in.glb", "-o", "out", "--frequency", "61"],
+        &["bake", "in.glb", "-o", "out", "--no-dynamics", "--solver", "jacobi"],
+        &["parity", "in.glb", "--iterations", "8"],
+        &["demo", "--no-contacts", "air"],
         &["validate", "in.glb"],
         &["muscles"],
         &["muscles", "mirror", "m.toml", "in.glb", "--from", "_l", "-o", "out.toml"],

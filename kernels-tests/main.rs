@@ -5,6 +5,7 @@
 mod bulge;
 mod cli;
 mod doors;
+mod checkpoint;
 mod dynamics_fixtures;
 mod field_sample;
 mod fields;

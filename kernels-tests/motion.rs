@@ -4,10 +4,10 @@ use crate::support::{Gpu, Random, bent, data, gpu, limb_rig};
 use glam::Vec4Swizzles;
 use sinew::{
     gpu::{Batch, Output, RigBuffers},
-    parity::{self, CpuResult, GpuResult, PARTICLES, PARTICLES_DRIFT, StageReport},
+    parity::{self, CpuResult, GpuResult, PARTICLES, StageReport, TOUCHING_DRIFT},
     reference::{Motion, Reference, Trace},
     rig::{BuildOptions, Pose, Rig, muscle_file},
-    schedule::{DynamicsOptions, FrameOptions, Mode, Solver},
+    schedule::{Contacts, DynamicsOptions, FrameOptions, Solver},
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -69,11 +69,6 @@ fn agree(label: &str, stages: &[StageReport]) {
     assert!(stages.iter().any(|s| s.stage == "particles" && s.items > 0), "{label}: no particles compared");
 }
 
-/// Largest distance of two states' particles in lengths of their muscles.
-fn off(stages: &[StageReport]) -> f32 {
-    stages.iter().find(|s| s.stage == "particles").map_or(f32::INFINITY, |s| s.max_absolute)
-}
-
 #[test]
 fn a_swinging_limb_agrees_at_every_frame_rate() {
     let Some(gpu) = gpu() else { return };
@@ -120,62 +115,110 @@ fn another_motion_is_found() {
     assert!(failed.contains(&"particles") && !failed.contains(&"skinned"), "{failed:?}");
 }
 
+/// The arm's tests with bones and skin: the default, the other solver, the paper's mode. Contacts between muscles are left
+/// out, since they magnify rounding errors; see [`PARTICLES`].
+fn solvers() -> [(&'static str, DynamicsOptions); 3] {
+    let held = |dynamics| DynamicsOptions { contacts: Contacts { muscles: false, ..Contacts::ALL }, ..dynamics };
+    let usual = held(DynamicsOptions::default());
+    [
+        ("default", usual),
+        ("jacobi", DynamicsOptions { solver: Solver::Jacobi, ..usual }),
+        ("pbd", held(DynamicsOptions::pbd())),
+    ]
+}
+
+fn of(dynamics: DynamicsOptions) -> FrameOptions {
+    FrameOptions { dynamics: Some(dynamics), ..FrameOptions::default() }
+}
+
+/// The worst of every stage over frames of the curl at 50 a second, each side by itself or from the GPU's last state.
+fn curled(gpu: &Gpu, arm: &Arm, options: &FrameOptions, frames: usize, resumes: bool) -> Vec<StageReport> {
+    let mut batch = batch(gpu, &arm.rig, 1, options);
+    let mut motion = Motion::new(&arm.rig, options);
+    let mut worst: Vec<StageReport> = Vec::new();
+    for frame in 0..frames {
+        let pose = arm.pose("biceps_curl", frame as f32 / 50.0);
+        let result = played(gpu, &mut batch, std::slice::from_ref(&pose)).remove(0);
+        let trace = Reference::new(&arm.rig).next(&mut motion, &pose, options).expect("a pose");
+        for (k, stage) in stages(&arm.rig, &result, &trace).into_iter().enumerate() {
+            match worst.get_mut(k) {
+                Some(all) => all.merge(&stage),
+                None => worst.push(stage),
+            }
+        }
+        if resumes {
+            motion.simulation.as_mut().expect("dynamics").resume(&result.particles, &result.axes);
+        }
+    }
+    worst
+}
+
+fn figures(stages: &[StageReport]) -> String {
+    let each = stages.iter().map(|s| format!("{} {:.1e}", s.stage, s.max_absolute));
+    each.collect::<Vec<_>>().join(", ")
+}
+
 #[test]
 fn the_arm_stays_with_its_reference_for_120_frames() {
     let Some(gpu) = gpu() else { return };
     let Some(arm) = Arm::new() else { return };
-    for (name, dynamics) in [
-        ("default", DynamicsOptions::default()),
-        ("jacobi", DynamicsOptions { solver: Solver::Jacobi, ..DynamicsOptions::default() }),
-        ("pbd", DynamicsOptions { mode: Mode::Pbd, ..DynamicsOptions::pbd() }),
-    ] {
-        let options = FrameOptions { dynamics: Some(dynamics), ..FrameOptions::default() };
-        let mut batch = batch(&gpu, &arm.rig, 1, &options);
-        let mut motion = Motion::new(&arm.rig, &options);
-        let (mut first, mut drift) = (0.0, 0.0f32);
-        for frame in 0..120 {
-            let pose = arm.pose("biceps_curl", frame as f32 / 50.0);
-            let result = played(&gpu, &mut batch, std::slice::from_ref(&pose)).remove(0);
-            let trace = Reference::new(&arm.rig).next(&mut motion, &pose, &options).expect("a pose");
-            let stages = stages(&arm.rig, &result, &trace);
-            agree(&format!("{name}, frame {frame}"), &stages);
-            drift = drift.max(off(&stages));
-            first = if frame == 0 { drift } else { first };
-        }
-        println!("arm, {name}: {first:.1e} of a muscle's length after frame 0, at most {drift:.1e} in 120 frames");
+    for (name, dynamics) in solvers() {
+        let worst = curled(&gpu, &arm, &of(dynamics), 120, false);
+        println!("arm, {name}, 120 frames by themselves: {}", figures(&worst));
+        agree(name, &worst);
     }
+}
+
+#[test]
+fn muscles_against_each_other_drift_within_bounds() {
+    let Some(gpu) = gpu() else { return };
+    let Some(arm) = Arm::new() else { return };
+    let options = of(DynamicsOptions::default());
+    let first = curled(&gpu, &arm, &options, 1, false);
+    agree("the first frame", &first);
+    let worst = curled(&gpu, &arm, &options, 20, true);
+    println!("arm with muscle contacts, 20 frames each from one state: {}", figures(&worst));
+    let worst = curled(&gpu, &arm, &options, 120, false);
+    println!("arm with muscle contacts, 120 frames by themselves: {}", figures(&worst));
+    let particles = worst.iter().find(|s| s.stage == "particles").expect("particles");
+    assert!(particles.max_absolute < TOUCHING_DRIFT.absolute, "{particles:?}");
 }
 
 #[test]
 fn a_nudge_of_a_rounding_error_stays_one() {
     let Some(arm) = Arm::new() else { return };
-    for (name, dynamics) in [
-        ("default", DynamicsOptions::default()),
-        ("jacobi", DynamicsOptions { solver: Solver::Jacobi, ..DynamicsOptions::default() }),
-    ] {
-        let options = FrameOptions { dynamics: Some(dynamics), ..FrameOptions::default() };
+    for (name, dynamics) in solvers() {
+        let options = of(dynamics);
         let reference = Reference::new(&arm.rig);
         let mut motion = Motion::new(&arm.rig, &options);
         reference.next(&mut motion, &arm.pose("biceps_curl", 0.0), &options).expect("a pose");
-        let mut nudged = motion.clone();
-        let mut random = Random(91);
-        let simulation = nudged.simulation.as_mut().expect("dynamics");
-        for p in simulation.particles.iter_mut().filter(|p| p.velocity.w > 0.0) {
-            p.position += (random.vec3() * 1e-7).extend(0.0);
-        }
-        let mut all = Vec::new();
+        let nudged = |by: f32| {
+            let mut nudged = motion.clone();
+            let mut random = Random(91);
+            let simulation = nudged.simulation.as_mut().expect("dynamics");
+            for p in simulation.particles.iter_mut().filter(|p| p.velocity.w > 0.0) {
+                p.position += (random.vec3() * by).extend(0.0);
+            }
+            nudged
+        };
+        let (mut slightly, mut far) = (nudged(1e-7), nudged(1e-4));
+        let (mut most, mut found) = (0.0f32, 0.0f32);
         for frame in 1..120 {
             let pose = arm.pose("biceps_curl", frame as f32 / 50.0);
             let trace = reference.next(&mut motion, &pose, &options).expect("a pose");
-            let other = reference.next(&mut nudged, &pose, &options).expect("a pose");
-            let other = GpuResult { particles: other.particles, ..GpuResult::default() };
-            all.push(parity::particles(&other, &trace, PARTICLES_DRIFT).max_absolute);
+            let apart = |nudged: &mut Motion| {
+                let trace_of_it = reference.next(nudged, &pose, &options).expect("a pose");
+                let other = GpuResult { particles: trace_of_it.particles, ..GpuResult::default() };
+                parity::particles(&other, &trace, PARTICLES).max_absolute
+            };
+            most = most.max(apart(&mut slightly));
+            if frame < 3 {
+                found = found.max(apart(&mut far));
+            }
         }
-        let most = all.iter().copied().fold(0.0, f32::max);
-        println!("nudge, {name}: {:.1e} after a frame, at most {most:.1e}, {:.1e} at the end", all[0], all[118]);
-        assert!(all[0] > 0.0, "the nudge is seen");
-        assert!(most < PARTICLES_DRIFT.absolute, "{name}: {most}");
-        assert!(all[0] < PARTICLES.absolute, "{name}: {}", all[0]);
+        println!("nudged by 1e-7 m, {name}: at most {most:.1e} of a muscle's length; by 1e-4 m: {found:.1e}");
+        assert!(most > 0.0 && most < PARTICLES.absolute, "{name}: {most}");
+        assert!(found > PARTICLES.absolute, "{name}: a nudge of a tenth of a millimetre must be seen: {found}");
     }
 }
 

@@ -83,7 +83,7 @@ impl<'a> Studio<'a> {
         let camera = Camera::frame(BOX, from, self.targets.aspect());
         let surfaces: Vec<Surface> =
             things.iter().map(|t| Surface { mesh: &t.mesh, vertices: t.vertices.slice(..), model: t.model }).collect();
-        let frame = Frame { camera: &camera, view, light, surfaces: &surfaces, solids };
+        let frame = Frame { camera: &camera, view, light, surfaces: &surfaces, solids, marks: &[] };
         self.renderer.draw(self.headless, &self.targets, &frame).unwrap()
     }
 
@@ -242,6 +242,29 @@ fn glass_is_the_front_most_layer_only() {
 }
 
 #[test]
+fn marks_are_seen_through_all_else_but_not_on_skin() {
+    let Some(headless) = support::gpu() else { return };
+    let studio = Studio::new(&headless);
+    let camera = Camera::frame(BOX, Direction::FRONT, 1.0);
+    let wall = [ball(Vec3::ZERO, 1.0, [0.6; 3])];
+    let red = ball(Vec3::NEG_Z * 0.6, 0.2, [1.0, 0.0, 0.0]);
+    let nearer = ball(Vec3::NEG_Z * 0.2, 0.1, [0.0, 0.0, 1.0]);
+    let shot = |view, marks: &[ColorMesh]| {
+        let frame = Frame { camera: &camera, view, light: Light::Flat, surfaces: &[], solids: &wall, marks };
+        studio.renderer.draw(&headless, &studio.targets, &frame).unwrap()
+    };
+    let without = shot(View::Muscles, &[]);
+    assert_eq!(center(&without)[..2], [center(&without)[2]; 2], "a grey ball hides the middle");
+    let marked = shot(View::Muscles, std::slice::from_ref(&red));
+    assert_eq!(center(&marked), [255, 0, 0, 255]);
+    assert_eq!(marked.pixel(SIDE / 2, SIDE / 4), without.pixel(SIDE / 2, SIDE / 4), "beside the mark");
+    for marks in [[nearer.clone(), red.clone()], [red.clone(), nearer]] {
+        assert_eq!(center(&shot(View::Muscles, &marks)), [0, 0, 255, 255], "marks hide one another");
+    }
+    assert_eq!(shot(View::Skin, &[red]).rgba, shot(View::Skin, &[]).rgba);
+}
+
+#[test]
 fn edges_are_smooth() {
     let Some(headless) = support::gpu() else { return };
     let studio = Studio::new(&headless);
@@ -351,7 +374,8 @@ fn meshes_that_point_nowhere_are_refused() {
     let camera = Camera::frame(BOX, Direction::FRONT, 1.0);
     let draw = |vertices: &wgpu::Buffer, solids: &[ColorMesh]| {
         let surfaces = [Surface { mesh: &good, vertices: vertices.slice(..), model: Mat4::IDENTITY }];
-        let frame = Frame { camera: &camera, view: View::Xray, light: Light::Studio, surfaces: &surfaces, solids };
+        let frame =
+            Frame { camera: &camera, view: View::Xray, light: Light::Studio, surfaces: &surfaces, solids, marks: &[] };
         studio.renderer.draw(&headless, &studio.targets, &frame)
     };
     let enough = vertex_buffer(&headless, &[Vec3::ZERO; 3], &[Vec3::Z; 3]).unwrap();

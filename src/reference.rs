@@ -83,13 +83,34 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// The pose is another character's or not finite; the motion has not changed then.
     pub fn next(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
+        self.play_where(motion, pose, options, |_| true)
+    }
+
+    /// Goes on to the next frame of a motion without its skin: only muscles are moved and shaped. What comes after is the
+    /// same, to the bit, as after [`Reference::next`].
+    ///
+    /// # Errors
+    /// As [`Reference::next`].
+    pub fn advance(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
+        self.play_where(motion, pose, options, Step::is_of_muscles)
+    }
+
+    /// Plays the chosen steps of the next frame.
+    fn play_where(
+        &self,
+        motion: &mut Motion,
+        pose: &Pose,
+        options: &FrameOptions,
+        chosen: impl Fn(&Step) -> bool,
+    ) -> Result<Trace, PoseError> {
         let inputs = FrameInputs::new(self.rig, pose)?;
         let counts = counts(self.rig);
         let turns = match (&mut motion.simulation, counts.dynamics(options)) {
             (Some(simulation), Some(dynamics)) => simulation.begin(&inputs, pose.time.into(), &dynamics),
             _ => 0,
         };
-        let steps = schedule::frame(&counts, options, inputs.joints.len() as u32, turns);
+        let mut steps = schedule::frame(&counts, options, inputs.joints.len() as u32, turns);
+        steps.retain(chosen);
         let mut trace = Trace {
             steps,
             skinned: Vec::new(),
@@ -191,5 +212,70 @@ fn counts(rig: &Rig) -> Counts {
         muscles: rig.muscles.len() as u32,
         points: rig.point_count,
         groups: rig.grids.len() as u32,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        clip::Scene,
+        rig::{BuildOptions, muscle_file},
+        schedule::DynamicsOptions,
+    };
+    use std::path::Path;
+
+    fn arm() -> (Scene, Rig, FrameOptions) {
+        let scene = crate::io::gltf::from_bytes(include_bytes!("../assets/arm.glb"), "arm").expect("the arm");
+        let text = include_str!("../assets/arm.muscles.toml");
+        let file = muscle_file::parse(text, Path::new("arm.muscles.toml")).expect("good");
+        let rig = Rig::build(scene.character.clone(), &file.muscles, &BuildOptions::default()).expect("a rig");
+        (scene, rig, FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() })
+    }
+
+    fn pose(scene: &Scene, frame: u32) -> Pose {
+        scene.pose(scene.choose_clip(Some("shake")).expect("the clip"), frame as f32 / 30.0)
+    }
+
+    #[test]
+    fn a_clone_goes_on_as_its_original_does() {
+        let (scene, rig, options) = arm();
+        let reference = Reference::new(&rig);
+        let mut motion = Motion::new(&rig, &options);
+        let mut saved = Vec::new();
+        for frame in 0..=10 {
+            reference.advance(&mut motion, &pose(&scene, frame), &options).expect("a frame");
+            saved.push(motion.clone());
+        }
+        let on = |mut motion: Motion| {
+            let frames = (11..15).map(|frame| reference.next(&mut motion, &pose(&scene, frame), &options));
+            frames.collect::<Result<Vec<Trace>, _>>().expect("frames")
+        };
+        let expected = on(motion);
+        assert!(on(saved[10].clone()) == expected);
+        assert!(on(saved[9].clone()) != expected, "a checkpoint of another frame must be seen");
+    }
+
+    #[test]
+    fn what_is_passed_over_leaves_the_same_motion() {
+        let (scene, rig, options) = arm();
+        let reference = Reference::new(&rig);
+        let play = |passed: std::ops::Range<u32>| {
+            let mut motion = Motion::new(&rig, &options);
+            let mut last = None;
+            for frame in 0..=12 {
+                let pose = pose(&scene, frame);
+                let trace = match passed.contains(&frame) {
+                    true => reference.advance(&mut motion, &pose, &options),
+                    false => reference.next(&mut motion, &pose, &options),
+                };
+                last = Some(trace.expect("a frame"));
+            }
+            last.expect("a frame")
+        };
+        let expected = play(0..0);
+        assert!(play(0..12) == expected && play(4..9) == expected);
+        let passed = play(0..13);
+        assert!((passed.muscles == expected.muscles) && passed.tracked.is_empty() && passed.skinned.is_empty());
     }
 }

@@ -205,6 +205,14 @@ pub struct Step {
     pub carries: bool,
 }
 
+impl Step {
+    /// Whether it moves or shapes muscles, rather than skin. These steps alone carry a motion from frame to frame.
+    pub fn is_of_muscles(&self) -> bool {
+        use KernelId::{JointStep, MusclePredict, MuscleProject, MuscleShape};
+        matches!(self.kernel, JointStep | MusclePredict | MuscleProject | MuscleShape)
+    }
+}
+
 /// Sizes of a rig that a schedule depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counts {
@@ -279,6 +287,18 @@ mod tests {
         assert_eq!(kernels(10, 2, 0, Skinning::Implicit), [SkinLinear, Normals]);
         assert_eq!(kernels(10, 2, 3, Skinning::DualQuaternion), [SkinDualQuaternion, Normals]);
         assert_eq!(kernels(0, 0, 3, Skinning::Linear), []);
+    }
+
+    #[test]
+    fn steps_of_muscles_are_all_but_those_of_skin() {
+        use KernelId::*;
+        let options = FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
+        let steps = frame(&Counts { vertices: 10, muscles: 2, points: 8, groups: 3 }, &options, 2, 1);
+        let kernels =
+            |of_muscles| steps.iter().filter(|s| s.is_of_muscles() == of_muscles).map(|s| s.kernel).collect::<Vec<_>>();
+        let moved = [JointStep, MusclePredict, MuscleProject, MuscleProject, JointStep, MusclePredict, MuscleShape];
+        assert_eq!(kernels(true), moved);
+        assert_eq!(kernels(false), [SkinLinear, March, Normals]);
     }
 
     #[test]

@@ -27,6 +27,34 @@ fn two_bakes_have_the_same_bytes_on_either_side() {
     }
 }
 
+#[test]
+fn a_frame_alone_is_that_frame_of_the_whole_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let devices: &[&str] = if skip_gpu() { &["cpu"] } else { &["cpu", "auto"] };
+    for device in devices {
+        let bake = |frames: &str, extra: &[&str]| {
+            let out = folder.path().join("a.pc2");
+            let mut command = arm_with_muscles(&["bake", "--device", device, "--clip", "shake", "--frames", frames]);
+            printed(&command.args(extra).arg("-o").arg(&out).output().expect("runs"));
+            let bytes = fs::read(out).expect("a cache");
+            bytes[bytes.len() - 12 * vertices()..].to_vec()
+        };
+        let whole = bake("0..20", &[]);
+        assert!(bake("20", &[]) == whole, "{device}: alone");
+        assert!(bake("13..20", &[]) == whole, "{device}: cut");
+        let others: [&[&str]; 5] = [
+            &["--no-dynamics"],
+            &["--frequency", "6"],
+            &["--dynamics", "pbd"],
+            &["--no-contacts", "bones"],
+            &["--iterations", "2x1", "--solver", "jacobi"],
+        ];
+        for other in others {
+            assert!(bake("20", other) != whole, "{device}: {other:?} changes nothing");
+        }
+    }
+}
+
 /// Vertices of the arm, as `inspect` counts them.
 fn vertices() -> usize {
     let output = sinew().args(["inspect", "--json"]).arg(asset("arm.glb")).output().expect("runs");

@@ -27,15 +27,14 @@ fn loaded(work: Work, i: u32, scale: f32) -> Held {
     );
 }
 
-fn gain_of(work: Work, j: u32) -> vec2<f32> {
+fn gain_of(work: Work, j: u32) -> f32 {
     let stiffer = particles[work.first + j].traits.y;
     let mobility = at[j].w + at[j + 1u].w;
     let stiffness = iterates[work.read].w;
     if params.pbd != 0u {
-        return vec2<f32>(min(stiffness * stiffer, MOST_STIFFNESS) / mobility, 0.0);
+        return min(stiffness * stiffer, MOST_STIFFNESS) / mobility;
     }
-    let compliance = stiffness / stiffer;
-    return vec2<f32>(1.0 / (mobility + compliance), compliance);
+    return 1.0 / (mobility + stiffness / stiffer);
 }
 
 // New place and velocity: the displacement less what friction takes, and none below the deadband for a particle that

@@ -1,13 +1,14 @@
-// A muscle's chain in workgroup memory: springs along the axis, and planes that its particles may not pass.
+// A muscle's chain in workgroup memory: springs along the axis, and planes that its particles may not pass. Reads the
+// global params.
 
 override CHAIN_JACOBI_SHARE: f32;
 override CHAIN_NO_DIRECTION: f32;
 
-// The chain: position and mobility of a point; multiplier and rest length, gain and compliance of the segment that begins
+// The chain: position and mobility of a point; multiplier and rest length, and gain, of the segment that begins
 // there; how much the segment changes in an averaged iteration.
 var<workgroup> at: array<vec4<f32>, 64>;
 var<workgroup> pull: array<vec4<f32>, 64>;
-var<workgroup> gains: array<vec2<f32>, 64>;
+var<workgroup> gains: array<f32, 64>;
 var<workgroup> changes: array<vec4<f32>, 64>;
 
 // Planes of one particle and their multipliers: two muscles, bone, skin.
@@ -19,15 +20,20 @@ struct Held {
     share: f32,
 }
 
-// How much a segment's multiplier changes.
+// How much a segment's multiplier changes: to the tension that it would have alone, with everything else as it is.
 fn chain_change(j: u32) -> vec3<f32> {
-    let span = at[j + 1u].xyz - at[j].xyz;
-    let length = sqrt(math_dot(span, span));
+    let mobility = at[j].w + at[j + 1u].w;
+    let e = at[j + 1u].xyz - at[j].xyz - pull[j].xyz * mobility;
+    let length = sqrt(math_dot(e, e));
     if length < CHAIN_NO_DIRECTION {
-        return vec3<f32>(0.0);
+        return pull[j].xyz;
     }
-    let error = span * (1.0 - pull[j].w / length);
-    return (error + pull[j].xyz * gains[j].y) * gains[j].x;
+    return e * ((length - pull[j].w) * gains[j] / length) + pull[j].xyz;
+}
+
+// 1 where a segment knows what it has pulled already, 0 in pbd mode.
+fn chain_memory() -> f32 {
+    return select(1.0, 0.0, params.pbd != 0u);
 }
 
 // The over-relaxation of the next half sweep.
@@ -37,7 +43,7 @@ fn chain_relaxation(relaxation: f32, radius_squared: f32) -> f32 {
 
 fn chain_project(j: u32, relaxation: f32) {
     let change = chain_change(j) * relaxation;
-    pull[j] = vec4<f32>(pull[j].xyz - change, pull[j].w);
+    pull[j] = vec4<f32>(pull[j].xyz - change * chain_memory(), pull[j].w);
     at[j] = vec4<f32>(at[j].xyz + change * at[j].w, at[j].w);
     at[j + 1u] = vec4<f32>(at[j + 1u].xyz - change * at[j + 1u].w, at[j + 1u].w);
 }
@@ -56,7 +62,7 @@ fn chain_apply(i: u32) {
     if i > 0u {
         before = changes[i - 1u].xyz;
     }
-    pull[i] = vec4<f32>(pull[i].xyz - after, pull[i].w);
+    pull[i] = vec4<f32>(pull[i].xyz - after * chain_memory(), pull[i].w);
     at[i] = vec4<f32>(at[i].xyz + (after - before) * at[i].w, at[i].w);
 }
 

@@ -1,5 +1,9 @@
 //! The command line.
 
+mod dynamics;
+
+pub use dynamics::Dynamics;
+
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
 use sinew::figures::Figure;
 use sinew::rig::muscle_file::Settings;
@@ -112,6 +116,8 @@ pub struct Demo {
     pub size: Size,
     #[command(flatten)]
     pub compute: Compute,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
@@ -137,7 +143,8 @@ pub enum ViewArg {
     Skin,
     /// Muscles under translucent skin, redder where active
     Xray,
-    /// Muscles alone; the long axis of a flat one lies along the `normal` of its muscle file
+    /// Muscles alone; the long axis of a flat one lies along the `normal` of its muscle file. Beads on the axes are black at
+    /// the ends, and blue, amber or green where another muscle, a bone or the skin holds them
     Muscles,
 }
 
@@ -164,6 +171,8 @@ pub struct Render {
     /// How the skin is deformed
     #[arg(long, value_enum, default_value = "implicit")]
     pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// What is drawn
     #[arg(long, value_enum, default_value = "skin")]
     pub view: ViewArg,
@@ -202,6 +211,8 @@ pub struct Bake {
     /// How the skin is deformed
     #[arg(long, value_enum, default_value = "implicit")]
     pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// NAME.pc2, or NAME.obj or a folder for a sequence of OBJ files
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
@@ -226,6 +237,8 @@ pub struct Parity {
     /// How the skin is deformed
     #[arg(long, value_enum, default_value = "implicit")]
     pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,

@@ -1,6 +1,6 @@
 //! `sinew bake`: deformed vertices as a cache.
 
-use crate::args;
+use crate::args::{self, SkinningArg};
 use crate::deform::{Deformer, Machine};
 use crate::failure::Failure;
 use crate::load::{self, Frames};
@@ -13,7 +13,6 @@ use sinew::error::OutputError;
 use sinew::io::atomic::FileSet;
 use sinew::io::{obj, pc2};
 use sinew::rig::{Character, Rig};
-use sinew::schedule::{FrameOptions, Skinning};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -38,7 +37,8 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let format = Format::of(&args.output)?;
     let (mut scene, muscles) = load::input(&args.input)?;
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
-    let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+    let fields = args.skinning == SkinningArg::Implicit;
+    let options = load::options(args.skinning, &args.dynamics, &muscles, fields)?;
     let meshes = args.muscle_meshes.as_deref();
     let check = |out| muscle_meshes::Sink::check(out, muscles.muscles.len(), options.skinning);
     let meshes = meshes.map(check).transpose()?;
@@ -46,12 +46,13 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let machine = Machine::open(&args.compute.device)?;
     let sink = Sink::open(&args.output, format, &scene.character, &frames)?;
     let meshes = meshes.map(|place| sink.beside(place)).transpose()?;
-    load::note_idle_muscles(&mut scene, &muscles, options.skinning == Skinning::Implicit);
-    let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
+    load::note_idle_muscles(&mut scene, &muscles, fields);
+    let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields, options.dynamics.as_ref())?);
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
     let mut sinks = Sinks { skin: sink, meshes };
-    play(&rig, &mut Playback::new(&scene, &frames, &rig), &frames, &mut deformer, &options, &mut sinks)?;
+    let mut playback = Playback::new(&scene, &frames, &rig, options.dynamics.is_some());
+    play(&rig, &mut playback, &frames, &mut deformer, &mut sinks)?;
     sinks.skin.finish()?;
     let muscle_meshes = sinks.meshes.map(muscle_meshes::Sink::finish).transpose()?;
     let baked = Baked {
@@ -91,13 +92,12 @@ fn play(
     playback: &mut Playback,
     frames: &Frames,
     deformer: &mut Deformer,
-    options: &FrameOptions,
     sinks: &mut Sinks,
 ) -> Result<(), Failure> {
     let progress = Progress::steps("baking", u64::from(frames.count()));
     for number in frames.numbers() {
-        let pose = playback.pose(number)?;
-        let skin = deformer.frame(&pose, options)?;
+        let pose = playback.pose(number, deformer)?;
+        let skin = deformer.frame(&pose)?;
         match &mut sinks.skin {
             Sink::Pc2(writer) => writer.frame(&skin.positions).map_err(Failure::input)?,
             Sink::Obj { set, place } => {

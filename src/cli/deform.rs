@@ -2,9 +2,11 @@
 
 use crate::args::Device;
 use crate::failure::Failure;
+use crate::playback::Moves;
 use glam::{Vec3, Vec4Swizzles};
+use sinew::dynamics::Particle;
 use sinew::field::muscle::{AxisPoint, MuscleFrame};
-use sinew::reference::Reference;
+use sinew::reference::{Motion, Reference, Trace};
 use sinew::rig::{Pose, Rig};
 use sinew::schedule::FrameOptions;
 use std::sync::Arc;
@@ -25,6 +27,8 @@ pub struct Shaped {
     pub muscles: Vec<MuscleFrame>,
     /// Points of their axes.
     pub axes: Vec<AxisPoint>,
+    /// The same points in motion, posed scene space; empty without dynamics.
+    pub particles: Vec<Particle>,
 }
 
 /// Where the work will be done, opened before anything that takes long.
@@ -53,10 +57,65 @@ impl Machine {
     }
 }
 
+/// A rig on the CPU, with the muscles of the last frame.
+pub struct OnCpu {
+    rig: Arc<Rig>,
+    options: FrameOptions,
+    motion: Motion,
+    shaped: Shaped,
+}
+
+impl OnCpu {
+    /// Nothing has moved yet.
+    pub fn new(rig: &Arc<Rig>, options: &FrameOptions) -> OnCpu {
+        let motion = Motion::new(rig, options);
+        OnCpu { rig: Arc::clone(rig), options: *options, motion, shaped: Shaped::default() }
+    }
+
+    /// Deforms the skin to one pose.
+    pub fn skin(&mut self, pose: &Pose) -> Result<Skin, Failure> {
+        let trace = Reference::new(&self.rig).next(&mut self.motion, pose, &self.options).map_err(Failure::input)?;
+        let points = |list: &[glam::Vec4]| list.iter().map(|p| p.xyz()).collect();
+        let skin = Skin { positions: points(trace.positions()), normals: points(&trace.normals) };
+        self.keep(trace);
+        Ok(skin)
+    }
+
+    /// The muscles of the last frame.
+    pub fn shaped(&self) -> &Shaped {
+        &self.shaped
+    }
+
+    /// What deforms, in words.
+    pub fn describe() -> String {
+        format!("CPU reference, {} threads", rayon::current_num_threads())
+    }
+
+    fn keep(&mut self, trace: Trace) {
+        let particles = self.motion.simulation.as_ref().map_or(Vec::new(), |s| s.particles.clone());
+        self.shaped = Shaped { muscles: trace.muscles, axes: trace.axes, particles };
+    }
+}
+
+impl Moves for OnCpu {
+    fn reset(&mut self) {
+        if let Some(simulation) = &mut self.motion.simulation {
+            simulation.reset();
+        }
+    }
+
+    fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
+        let reference = Reference::new(&self.rig);
+        let trace = reference.advance(&mut self.motion, pose, &self.options).map_err(Failure::input)?;
+        self.keep(trace);
+        Ok(())
+    }
+}
+
 /// What deforms.
 pub enum Deformer {
-    /// The reference, with the muscles of the last frame.
-    Cpu(Arc<Rig>, Shaped),
+    /// The reference.
+    Cpu(Box<OnCpu>),
     /// A device.
     #[cfg(feature = "gpu")]
     Gpu(Box<crate::device::OnDevice>),
@@ -65,10 +124,8 @@ pub enum Deformer {
 impl Deformer {
     /// Brings a rig to its machine.
     pub fn new(machine: Machine, rig: &Arc<Rig>, options: &FrameOptions) -> Result<Deformer, Failure> {
-        #[cfg(not(feature = "gpu"))]
-        let _ = options;
         match machine {
-            Machine::Cpu => Ok(Deformer::Cpu(Arc::clone(rig), Shaped::default())),
+            Machine::Cpu => Ok(Deformer::Cpu(Box::new(OnCpu::new(rig, options)))),
             #[cfg(feature = "gpu")]
             Machine::Gpu(headless) => {
                 Ok(Deformer::Gpu(Box::new(crate::device::OnDevice::new(*headless, rig, options)?)))
@@ -77,15 +134,9 @@ impl Deformer {
     }
 
     /// Deforms the skin to one pose.
-    pub fn frame(&mut self, pose: &Pose, options: &FrameOptions) -> Result<Skin, Failure> {
+    pub fn frame(&mut self, pose: &Pose) -> Result<Skin, Failure> {
         match self {
-            Deformer::Cpu(rig, shaped) => {
-                let trace = Reference::new(rig).frame(pose, options).map_err(Failure::input)?;
-                let points = |list: &[glam::Vec4]| list.iter().map(|p| p.xyz()).collect();
-                let skin = Skin { positions: points(trace.positions()), normals: points(&trace.normals) };
-                *shaped = Shaped { muscles: trace.muscles, axes: trace.axes };
-                Ok(skin)
-            }
+            Deformer::Cpu(cpu) => cpu.skin(pose),
             #[cfg(feature = "gpu")]
             Deformer::Gpu(device) => device.skin(pose),
         }
@@ -94,7 +145,7 @@ impl Deformer {
     /// The muscles of the last frame, from the machine that deformed its skin.
     pub fn shaped(&self) -> Result<Shaped, Failure> {
         match self {
-            Deformer::Cpu(_, shaped) => Ok(shaped.clone()),
+            Deformer::Cpu(cpu) => Ok(cpu.shaped().clone()),
             #[cfg(feature = "gpu")]
             Deformer::Gpu(device) => device.shaped(),
         }
@@ -103,9 +154,27 @@ impl Deformer {
     /// What deforms, in words.
     pub fn describe(&self) -> String {
         match self {
-            Deformer::Cpu(..) => format!("CPU reference, {} threads", rayon::current_num_threads()),
+            Deformer::Cpu(_) => OnCpu::describe(),
             #[cfg(feature = "gpu")]
             Deformer::Gpu(device) => device.headless.info.name.clone(),
+        }
+    }
+}
+
+impl Moves for Deformer {
+    fn reset(&mut self) {
+        match self {
+            Deformer::Cpu(cpu) => cpu.reset(),
+            #[cfg(feature = "gpu")]
+            Deformer::Gpu(device) => device.reset(),
+        }
+    }
+
+    fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
+        match self {
+            Deformer::Cpu(cpu) => cpu.pass(pose),
+            #[cfg(feature = "gpu")]
+            Deformer::Gpu(device) => device.pass(pose),
         }
     }
 }

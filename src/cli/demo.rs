@@ -14,14 +14,15 @@ pub use on_device::run;
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{FrameRange, Input, Motion};
+    use crate::args::{FrameRange, Input, Motion, SkinningArg};
+    use crate::deform::OnCpu;
     use crate::load::{self, Frames};
+    use crate::playback::Playback;
     use crate::print;
     use crate::render::{Set, Shoot, film, sheet_of, shoot, write};
     use serde::Serialize;
     use sinew::io::atomic::FileSet;
     use sinew::io::gltf;
-    use sinew::reference::Reference;
     use sinew::render::{Direction, View};
     use sinew::rig::{Rig, muscle_file};
     use sinew::schedule::{FrameOptions, Skinning};
@@ -70,9 +71,9 @@ mod on_device {
         let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
         let motion = Motion { clip: Some("curl".into()), frames: None, fps: 30.0 };
         let frames = Frames::choose(&input.file, &scene, &motion)?;
-        let options = FrameOptions::default();
+        let options = load::options(SkinningArg::Implicit, &args.dynamics, &muscles, true)?;
         let began = Instant::now();
-        let rig = Arc::new(load::rig(&input, &scene, &muscles, true)?);
+        let rig = Arc::new(load::rig(&input, &scene, &muscles, true, options.dynamics.as_ref())?);
         let set = Set {
             scene: &scene,
             rig: &rig,
@@ -93,7 +94,7 @@ mod on_device {
         let sheet = args.output.join(SHEET_NAME);
         write(SHEET_NAME, &sheet_of(&shown), &mut files)?;
         files.keep().map_err(Failure::input)?;
-        let (muscles, moved) = at_the_bend(&rig, &scene, &frames)?;
+        let (muscles, moved) = at_the_bend(&rig, &options, &scene, &frames)?;
         let played = Played {
             output: args.output.clone(),
             sheet,
@@ -110,20 +111,20 @@ mod on_device {
 
     /// What muscles and fields did halfway through the clip, where the elbow bends most.
     fn at_the_bend(
-        rig: &Rig,
+        rig: &Arc<Rig>,
+        options: &FrameOptions,
         scene: &sinew::clip::Scene,
         frames: &Frames,
     ) -> Result<(Vec<MuscleChange>, f32), Failure> {
-        let pose = frames.pose(scene, (frames.range.first + frames.range.last) / 2);
-        let play = |skinning| {
-            let options = FrameOptions { skinning, ..FrameOptions::default() };
-            Reference::new(rig).frame(&pose, &options).map_err(Failure::input)
-        };
-        let (implicit, linear) = (play(Skinning::Implicit)?, play(Skinning::Linear)?);
-        let pairs = implicit.positions().iter().zip(linear.positions());
+        let mut cpu = OnCpu::new(rig, options);
+        let mut playback = Playback::new(scene, frames, rig, options.dynamics.is_some());
+        let pose = playback.pose((frames.range.first + frames.range.last) / 2, &mut cpu)?;
+        let implicit = cpu.skin(&pose)?;
+        let linear = OnCpu::new(rig, &FrameOptions { skinning: Skinning::Linear, ..*options }).skin(&pose)?;
+        let pairs = implicit.positions.iter().zip(&linear.positions);
         let moved = pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         let (at_rest, _) = rig.muscles_at_rest();
-        let named = rig.muscle_names.iter().zip(&at_rest).zip(&implicit.muscles);
+        let named = rig.muscle_names.iter().zip(&at_rest).zip(&cpu.shaped().muscles);
         let muscles = named.map(|((name, rest), bent)| MuscleChange {
             name: name.clone(),
             rest_length_metres: rest.length,

@@ -3,13 +3,14 @@
 use crate::args::Device;
 use crate::deform::{Shaped, Skin};
 use crate::failure::Failure;
+use crate::playback::Moves;
 use crate::progress::Progress;
 use glam::Vec3;
 use sinew::error::DeviceError;
 use sinew::gpu::{DeviceChoice, Headless, Instance, Kernels, Output, RigBuffers, readback};
 use sinew::parity::{self, GpuResult};
 use sinew::rig::{Pose, Rig};
-use sinew::schedule::FrameOptions;
+use sinew::schedule::{FrameOptions, Step};
 use std::sync::Arc;
 
 /// Opens the adapter that the command line asks for.
@@ -30,7 +31,14 @@ pub struct OnDevice {
     pub headless: Headless,
     instance: Instance,
     vertices: usize,
+    /// Whether muscles move by themselves.
+    moving: bool,
+    /// Frames since the device was last waited for.
+    ahead: u32,
 }
+
+/// Frames without readback that may be on their way at a time: what waits for more of them may time out.
+const MOST_AHEAD: u32 = 16;
 
 impl OnDevice {
     /// Builds the kernels and uploads the rig.
@@ -42,7 +50,8 @@ impl OnDevice {
         let mut instance = Instance::new(&kernels, device, queue, &buffers, Output::Owned).map_err(Failure::device)?;
         instance.set_options(queue, options);
         headless.check().map_err(Failure::device)?;
-        Ok(OnDevice { headless, instance, vertices: rig.character.vertex_count() })
+        let (vertices, moving) = (rig.character.vertex_count(), options.dynamics.is_some());
+        Ok(OnDevice { headless, instance, vertices, moving, ahead: 0 })
     }
 
     /// Deforms to one pose; the result stays in [`OnDevice::instance`].
@@ -72,9 +81,11 @@ impl OnDevice {
     pub fn shaped(&self) -> Result<Shaped, Failure> {
         let batch = self.instance.batch();
         let (muscles, points) = (batch.rig().muscles.len(), batch.rig().point_count as usize);
+        let particles = if self.moving { points } else { 0 };
         Ok(Shaped {
             muscles: readback::read(&self.headless, batch.muscles(), ..muscles).map_err(Failure::device)?,
             axes: readback::read(&self.headless, batch.axes(), ..points).map_err(Failure::device)?,
+            particles: readback::read(&self.headless, batch.particles(), ..particles).map_err(Failure::device)?,
         })
     }
 
@@ -82,5 +93,22 @@ impl OnDevice {
     pub fn stages(&mut self, pose: &Pose) -> Result<GpuResult, Failure> {
         self.play(pose)?;
         parity::capture(&self.headless, self.instance.batch(), 0).map_err(Failure::device)
+    }
+}
+
+impl Moves for OnDevice {
+    fn reset(&mut self) {
+        self.instance.reset();
+    }
+
+    fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
+        self.instance.set_pose(&self.headless.queue, pose).map_err(Failure::input)?;
+        self.headless.submit(|encoder| self.instance.batch().encode_where(encoder, None, Step::is_of_muscles));
+        self.ahead += 1;
+        if self.ahead < MOST_AHEAD {
+            return self.headless.check().map_err(Failure::device);
+        }
+        self.ahead = 0;
+        self.headless.wait().map_err(Failure::device)
     }
 }

@@ -12,7 +12,6 @@ pub enum Failure {
     #[cfg(feature = "gpu")]
     Findings(String),
     /// Flags that do not go together. Exit code 2.
-    #[cfg(feature = "gpu")]
     Usage(String),
     /// A file, a clip, a frame range or an output is wrong. Exit code 3.
     Input(String),
@@ -39,7 +38,6 @@ impl Failure {
         let (code, text) = match self {
             #[cfg(feature = "gpu")]
             Failure::Findings(text) => (1, text.as_str()),
-            #[cfg(feature = "gpu")]
             Failure::Usage(text) => (2, text.as_str()),
             Failure::Input(text) => (3, text.as_str()),
             Failure::Device(text) => (4, text.as_str()),

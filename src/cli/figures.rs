@@ -86,7 +86,7 @@ fn arm() -> Result<Arm, Failure> {
     let input = Input { file: "arm.glb".into(), muscles: Some("arm.muscles.toml".into()) };
     let scene = gltf::from_bytes(ARM, "arm").map_err(Failure::input)?;
     let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
-    let rig = load::rig(&input, &scene, &muscles, true)?;
+    let rig = load::rig(&input, &scene, &muscles, true, None)?;
     Ok(Arm { rig: Arc::new(rig), curl: curl(&scene)? })
 }
 

@@ -1,13 +1,13 @@
 //! From the command line to a rig and the frames to play.
 
-use crate::args::{FrameRange, Input, Motion};
+use crate::args::{Dynamics, FrameRange, Input, Motion, SkinningArg};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use sinew::clip::{ClipChoice, Scene};
 use sinew::error::RigError;
 use sinew::rig::muscle_file::{self, MuscleFile};
 use sinew::rig::{BuildOptions, Pose, Rig};
-use sinew::schedule::Skinning;
+use sinew::schedule::{DynamicsOptions, FrameOptions, Skinning};
 use std::num::NonZeroUsize;
 use std::path::Path;
 
@@ -46,9 +46,35 @@ pub fn input(input: &Input) -> Result<(Scene, MuscleFile), Failure> {
     Ok((scene, muscles))
 }
 
+/// What the command line asks of every frame; muscles move where there are some and `fields` for them to act in.
+pub fn options(
+    skinning: SkinningArg,
+    dynamics: &Dynamics,
+    muscles: &MuscleFile,
+    fields: bool,
+) -> Result<FrameOptions, Failure> {
+    let dynamics = dynamics.options()?.filter(|_| fields && !muscles.muscles.is_empty());
+    Ok(FrameOptions { skinning: skinning.into(), dynamics, ..FrameOptions::default() })
+}
+
 /// Builds the rig; the paths of `input` are for messages. Without `fields`, which are what takes long, only geometric
-/// skinning is to be had and muscles have no shape.
-pub fn rig(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
+/// skinning is to be had and muscles have no shape. With `dynamics` muscles lie at rest where these let them come to rest.
+pub fn rig(
+    input: &Input,
+    scene: &Scene,
+    muscles: &MuscleFile,
+    fields: bool,
+    dynamics: Option<&DynamicsOptions>,
+) -> Result<Rig, Failure> {
+    let mut rig = built(input, scene, muscles, fields)?;
+    if let Some(dynamics) = dynamics {
+        let _progress = Progress::unknown("letting muscles settle");
+        sinew::dynamics::settle(&mut rig, dynamics);
+    }
+    Ok(rig)
+}
+
+fn built(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
     let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
     let (bones, bone_meshes) = (muscles.bones.clone(), scene.bone_meshes(&muscles.bones));
     let options = BuildOptions { fields, bones, bone_meshes, ..BuildOptions::default() };

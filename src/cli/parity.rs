@@ -16,16 +16,17 @@ pub fn run(args: &args::Parity) -> Result<(), Failure> {
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::Device;
+    use crate::args::{Device, SkinningArg};
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
-    use crate::playback::Playback;
+    use crate::playback::{Moves, Playback};
     use crate::print;
     use crate::progress::Progress;
     use serde::Serialize;
     use sinew::parity::{CpuResult, StageReport, compare, stop_counts};
     use sinew::reference::{Motion, Reference};
-    use sinew::schedule::{FrameOptions, Skinning};
+    use sinew::rig::Pose;
+    use sinew::schedule::FrameOptions;
     use std::fmt::Write;
     use std::sync::Arc;
 
@@ -56,16 +57,17 @@ mod on_device {
         let (mut scene, muscles) = load::input(&args.input)?;
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };
-        let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
+        let fields = args.skinning == SkinningArg::Implicit;
+        let options = load::options(args.skinning, &args.dynamics, &muscles, fields)?;
         let headless = device::open(&args.compute.device)?;
-        load::note_idle_muscles(&mut scene, &muscles, options.skinning == Skinning::Implicit);
-        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, options.skinning == Skinning::Implicit)?);
-        let mut device = OnDevice::new(headless, &rig, &options)?;
-        let reference = Reference::new(&rig);
-        let mut motion = Motion::new(&rig, &options);
+        load::note_idle_muscles(&mut scene, &muscles, fields);
+        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields, options.dynamics.as_ref())?);
+        let device = OnDevice::new(headless, &rig, &options)?;
+        let motion = Motion::new(&rig, &options);
+        let mut both = Both { device, reference: Reference::new(&rig), motion, options };
         let mut compared = Compared {
             character: scene.character.name.clone(),
-            device: device.headless.info.name.clone(),
+            device: both.device.headless.info.name.clone(),
             clip: load::clip_name(&scene, frames.clip),
             frames: numbers.clone(),
             vertices: scene.character.vertex_count(),
@@ -75,11 +77,11 @@ mod on_device {
             stops: stop_counts(&[]).iter().map(|(reason, n)| (format!("{reason:?}"), *n)).collect(),
         };
         let progress = Progress::steps("comparing", numbers.len() as u64);
-        let mut playback = Playback::new(&scene, &frames, &rig);
+        let mut playback = Playback::new(&scene, &frames, &rig, options.dynamics.is_some());
         for &number in &numbers {
-            let pose = playback.pose(number)?;
-            let gpu = device.stages(&pose)?;
-            let trace = reference.next(&mut motion, &pose, &options).map_err(Failure::input)?;
+            let pose = playback.pose(number, &mut both)?;
+            let gpu = both.device.stages(&pose)?;
+            let trace = both.reference.next(&mut both.motion, &pose, &options).map_err(Failure::input)?;
             let stages = compare(&gpu, CpuResult(&trace), scene.character.height_rest());
             if compared.stages.is_empty() {
                 compared.stages = stages;
@@ -87,6 +89,10 @@ mod on_device {
                 for (all, one) in compared.stages.iter_mut().zip(&stages) {
                     all.merge(one);
                 }
+            }
+            // Each frame goes on from one state, so that its figures are those of one frame.
+            if let Some(simulation) = &mut motion.simulation {
+                simulation.resume(&gpu.particles, &gpu.axes);
             }
             // Added up by frame: the reports of a whole clip would take gigabytes.
             for ((_, all), (_, one)) in compared.stops.iter_mut().zip(stop_counts(&trace.reports)) {
@@ -98,6 +104,29 @@ mod on_device {
         compared.pass = compared.stages.iter().all(|stage| stage.pass);
         print::noted(args.json, &compared, &scene.notes, table)?;
         verdict(&compared.character, &compared.stages)
+    }
+
+    /// Either side, moved by the same clip.
+    struct Both<'a> {
+        device: OnDevice,
+        reference: Reference<'a>,
+        motion: Motion,
+        options: FrameOptions,
+    }
+
+    impl Moves for Both<'_> {
+        fn reset(&mut self) {
+            self.device.reset();
+            if let Some(simulation) = &mut self.motion.simulation {
+                simulation.reset();
+            }
+        }
+
+        fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
+            self.device.pass(pose)?;
+            self.reference.advance(&mut self.motion, pose, &self.options).map_err(Failure::input)?;
+            Ok(())
+        }
     }
 
     /// Findings where a stage is out of tolerance.

@@ -14,11 +14,11 @@ pub use on_device::{Set, Shoot, film, run, sheet_of, shoot, write};
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{CameraArg, Device, Size};
-    use crate::deform::{Deformer, Machine};
+    use crate::args::{CameraArg, Device, Size, SkinningArg};
+    use crate::deform::OnCpu;
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
-    use crate::playback::Playback;
+    use crate::playback::{Moves, Playback};
     use crate::print;
     use crate::progress::Progress;
     use crate::studio::{self, Studio};
@@ -65,13 +65,13 @@ mod on_device {
         }
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
-        let options = FrameOptions { skinning: args.skinning.into(), ..FrameOptions::default() };
         // Muscles take their shape in the space of their fields, whichever skinning is drawn over them.
-        let fields = options.skinning == Skinning::Implicit || view != View::Skin;
+        let fields = args.skinning == SkinningArg::Implicit || view != View::Skin;
+        let options = load::options(args.skinning, &args.dynamics, &muscles, fields)?;
         // Before the long work of fitting, so that a missing adapter is known at once.
         let headless = device::open(&args.compute.device)?;
         load::note_idle_muscles(&mut scene, &muscles, fields);
-        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields)?);
+        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields, options.dynamics.as_ref())?);
         let set = Set {
             scene: &scene,
             rig: &rig,
@@ -130,7 +130,7 @@ mod on_device {
     enum Source {
         Device(Box<OnDevice>),
         /// The reference deforms, the device draws.
-        Reference(Box<Headless>, Deformer),
+        Reference(Box<Headless>, Box<OnCpu>),
     }
 
     /// A character with its device, its camera and its studio.
@@ -139,7 +139,9 @@ mod on_device {
         studio: Studio,
         camera: Camera,
         rig: Arc<Rig>,
-        options: FrameOptions,
+        /// Muscles under a skinning that does not shape them.
+        beside: Option<OnCpu>,
+        moving: bool,
         /// Pixels of a picture.
         pub size: Size,
     }
@@ -166,12 +168,16 @@ mod on_device {
         let points = studio::points(scene, rig, frames)?;
         let size = size.unwrap_or_else(|| studio::size_for(&points, direction));
         let source = match device {
-            Device::Cpu => Source::Reference(Box::new(headless), Deformer::new(Machine::Cpu, rig, options)?),
+            Device::Cpu => Source::Reference(Box::new(headless), Box::new(OnCpu::new(rig, options))),
             _ => Source::Device(Box::new(OnDevice::new(headless, rig, options)?)),
         };
         let studio = Studio::open(source.headless(), scene, size)?;
         let camera = Camera::around(&points, direction, studio.aspect());
-        Ok(Film { source, studio, camera, rig: Arc::clone(rig), options: *options, size })
+        let beneath = FrameOptions { skinning: Skinning::Implicit, ..*options };
+        let apart = options.skinning != Skinning::Implicit && !rig.grids.is_empty();
+        let beside = apart.then(|| OnCpu::new(rig, &beneath));
+        let moving = options.dynamics.is_some();
+        Ok(Film { source, studio, camera, rig: Arc::clone(rig), beside, moving, size })
     }
 
     impl Source {
@@ -191,23 +197,50 @@ mod on_device {
                     device.play(pose)?;
                     device.instance().output().clone()
                 }
-                Source::Reference(headless, deformer) => {
-                    let skin = deformer.frame(pose, &self.options)?;
+                Source::Reference(headless, cpu) => {
+                    let skin = cpu.skin(pose)?;
                     vertex_buffer(headless, &skin.positions, &skin.normals).map_err(Failure::device)?
                 }
             };
-            let headless = self.source.headless();
-            self.studio.draw(headless, &self.rig, pose, &vertices, &self.camera, view)
+            let shaped = match (&mut self.beside, &self.source) {
+                _ if view == View::Skin => None,
+                (Some(beside), _) => {
+                    beside.pass(pose)?;
+                    Some(beside.shaped().clone())
+                }
+                (None, Source::Device(device)) => Some(device.shaped()?),
+                (None, Source::Reference(_, cpu)) => Some(cpu.shaped().clone()),
+            };
+            let (headless, rig) = (self.source.headless(), &*self.rig);
+            self.studio.draw(headless, (rig, pose), &vertices, shaped.as_ref(), &self.camera, view)
         }
 
         /// What deforms and draws, in words.
         pub fn describe(&self) -> String {
             match &self.source {
                 Source::Device(device) => device.headless.info.name.clone(),
-                Source::Reference(headless, deformer) => {
-                    format!("{} (deformed by the {})", headless.info.name, deformer.describe())
+                Source::Reference(headless, _) => {
+                    format!("{} (deformed by the {})", headless.info.name, OnCpu::describe())
                 }
             }
+        }
+    }
+
+    impl Moves for Film {
+        fn reset(&mut self) {
+            match &mut self.source {
+                Source::Device(device) => device.reset(),
+                Source::Reference(_, cpu) => cpu.reset(),
+            }
+            self.beside.iter_mut().for_each(Moves::reset);
+        }
+
+        fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
+            match &mut self.source {
+                Source::Device(device) => device.pass(pose)?,
+                Source::Reference(_, cpu) => cpu.pass(pose)?,
+            }
+            self.beside.iter_mut().try_for_each(|beside| beside.pass(pose))
         }
     }
 
@@ -231,10 +264,11 @@ mod on_device {
         let progress = Progress::steps("drawing", shoot.frames.len() as u64);
         let chosen = chosen(shoot.frames.len());
         let rig = Arc::clone(&film.rig);
-        let mut playback = Playback::new(scene, frames, &rig);
+        let mut playback = Playback::new(scene, frames, &rig, film.moving);
         let mut kept = Vec::new();
         for (i, number) in shoot.frames.enumerate() {
-            let picture = film.picture(&playback.pose(number)?, shoot.view)?;
+            let pose = playback.pose(number, film)?;
+            let picture = film.picture(&pose, shoot.view)?;
             if let Some(files) = &mut shoot.files {
                 write(&format!("frame_{number:04}.png"), &picture, files)?;
             }

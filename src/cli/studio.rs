@@ -1,6 +1,7 @@
 //! Drawing a character's frames.
 
 use crate::args::{Size, ViewArg};
+use crate::deform::Shaped;
 use crate::failure::Failure;
 use crate::load::Frames;
 use glam::{Mat4, Vec3, Vec4Swizzles};
@@ -9,8 +10,8 @@ use sinew::error::DeviceError;
 use sinew::gpu::Headless;
 use sinew::reference::Reference;
 use sinew::render::{
-    Camera, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View, bone_meshes,
-    muscle_meshes, vertex_buffer,
+    Camera, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View, axis_meshes,
+    bone_meshes, muscle_meshes, vertex_buffer,
 };
 use sinew::rig::{Pose, Rig};
 use sinew::schedule::{FrameOptions, Skinning};
@@ -70,20 +71,23 @@ impl Studio {
         self.targets.aspect()
     }
 
-    /// Draws one frame; `vertices` holds the deformed skin.
+    /// Draws one frame; `vertices` holds the deformed skin, and `shaped` the muscles where the view shows them.
     pub fn draw(
         &self,
         headless: &Headless,
-        rig: &Rig,
-        pose: &Pose,
+        (rig, pose): (&Rig, &Pose),
         vertices: &Buffer,
+        shaped: Option<&Shaped>,
         camera: &Camera,
         view: View,
     ) -> Result<Picture, Failure> {
-        let mut solids =
-            if view == View::Skin { Vec::new() } else { muscle_meshes(rig, pose).map_err(Failure::input)? };
-        if view != View::Skin {
+        let (mut solids, mut marks) = (Vec::new(), Vec::new());
+        if let Some(Shaped { muscles, axes, particles }) = shaped {
+            solids = muscle_meshes(rig, pose, muscles, axes);
             solids.extend(bone_meshes(rig, pose));
+            if view == View::Muscles {
+                marks = axis_meshes(rig, pose, axes, particles);
+            }
         }
         let mut surfaces = vec![Surface { mesh: &self.skin, vertices: vertices.slice(..), model: Mat4::IDENTITY }];
         surfaces.extend(self.rigid.iter().map(|part| Surface {
@@ -91,7 +95,7 @@ impl Studio {
             vertices: part.vertices.slice(..),
             model: node_matrix(pose, part.node),
         }));
-        let frame = Frame { camera, view, light: Light::Studio, surfaces: &surfaces, solids: &solids };
+        let frame = Frame { camera, view, light: Light::Studio, surfaces: &surfaces, solids: &solids, marks: &marks };
         self.renderer.draw(headless, &self.targets, &frame).map_err(Failure::device)
     }
 }

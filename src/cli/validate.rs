@@ -34,7 +34,7 @@ pub fn run(args: &args::Validate) -> Result<(), Failure> {
     let input = Input { file: args.file.clone(), muscles: Some(args.muscles.clone()) };
     let (scene, file) = load::input(&input)?;
     // Resolves every muscle against the skeleton; fields say nothing about the file.
-    load::rig(&input, &scene, &file, false)?;
+    load::rig(&input, &scene, &file, false, None)?;
     let validated = Validated {
         character: scene.character.name.clone(),
         muscle_file: args.muscles.clone(),

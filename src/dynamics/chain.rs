@@ -25,10 +25,10 @@ pub(super) struct Chain {
     pub mobility: [f32; MOST],
     /// Rest length of the segment that begins at a point, metres.
     pub rest: [f32; MOST],
-    /// Compliance of that segment over the substep squared, 1/kg; in `pbd` mode 0.
-    pub compliance: [f32; MOST],
-    /// Factor on its projection, kg: one over mobilities and compliance.
+    /// Factor on its projection, kg: one over mobilities and compliance, or the paper's k over the mobilities.
     pub gain: [f32; MOST],
+    /// 1 where a segment knows what it has pulled already, 0 in `pbd` mode, where each projection starts anew.
+    pub memory: f32,
     /// Its multiplier, kg m.
     pub pull: [Vec3; MOST],
     /// Planes of each particle: two muscles, bone, skin.
@@ -45,8 +45,8 @@ impl Chain {
             at: [Vec3::ZERO; MOST],
             mobility: [0.0; MOST],
             rest: [0.0; MOST],
-            compliance: [0.0; MOST],
             gain: [0.0; MOST],
+            memory: 1.0,
             pull: [Vec3::ZERO; MOST],
             planes: [[Vec4::ZERO; KINDS]; MOST],
             pushes: [[0.0; KINDS]; MOST],
@@ -78,23 +78,25 @@ impl Chain {
         }
     }
 
-    /// How much a segment's multiplier changes.
+    /// How much a segment's multiplier changes: to the tension that it would have alone, with everything else as it is.
+    /// Without its own pull its span would be `e`, and along `e` lies the pull that solves it: exactly, and so that the
+    /// energy falls.
     #[inline]
     fn change(&self, j: usize) -> Vec3 {
-        let span = self.at[j + 1] - self.at[j];
-        let length = span.length();
+        let mobility = self.mobility[j] + self.mobility[j + 1];
+        let e = self.at[j + 1] - self.at[j] - self.pull[j] * mobility;
+        let length = e.length();
         if length < NO_DIRECTION {
-            return Vec3::ZERO;
+            return self.pull[j];
         }
-        let error = span * (1.0 - self.rest[j] / length);
-        (error + self.pull[j] * self.compliance[j]) * self.gain[j]
+        e * ((length - self.rest[j]) * self.gain[j] / length) + self.pull[j]
     }
 
     /// Projects every second segment, from `first` on: no two of them share a particle.
     fn sweep(&mut self, first: usize, relaxation: f32) {
         for j in (first..self.points - 1).step_by(2) {
             let change = self.change(j) * relaxation;
-            self.pull[j] -= change;
+            self.pull[j] -= change * self.memory;
             self.at[j] += change * self.mobility[j];
             self.at[j + 1] -= change * self.mobility[j + 1];
         }
@@ -128,7 +130,7 @@ impl Chain {
         for i in 0..self.points {
             let before = if i > 0 { changes[i - 1] } else { Vec3::ZERO };
             let after = if i < self.points - 1 { changes[i] } else { Vec3::ZERO };
-            self.pull[i] -= after;
+            self.pull[i] -= after * self.memory;
             self.at[i] += (after - before) * self.mobility[i];
         }
         for i in 1..self.points - 1 {

@@ -11,12 +11,13 @@
 //! At last the first two run once more, to carry the axes on to the frame, which may fall between two substeps.
 //!
 //! # The elastic constraint
-//! A segment from `p` to `q` with rest length `l0` is the vector spring `C = (1 - l0 / |q - p|) (q - p)`, with a vector
-//! multiplier. Its fixed point is that of the scalar constraint `|q - p| - l0`, but its projection is linear wherever the
-//! rest length is small, so that red and black sweeps are Gauss-Seidel on a tridiagonal, symmetric and positive definite
-//! system: they cannot diverge as Newton's steps on the scalar constraint do (prototypes 1), and the over-relaxation that
-//! is best for them is known ([`body::MuscleBody::looseness`]). Contacts are planes with multipliers of their own that
-//! never pull; together that is projected successive over-relaxation, which converges for every such system.
+//! A segment from `p` to `q` with rest length `l0` is the spring of energy `K (|q - p| - l0)^2 / 2`. Its multiplier is a
+//! vector, and one projection solves the segment with everything else as it is: without its own pull its span would be
+//! `e`, and the pull `(|e| - l0) / (w_p + w_q + 1 / (K h^2)) e / |e|` is the solution . Sweeps in two colours are
+//! therefore a descent of the substep's energy; where rest lengths are small, as between the tendons, they are
+//! Gauss-Seidel on a tridiagonal, symmetric and positive definite system, they cannot diverge as Newton's steps on the
+//! scalar constraint do (prototypes 1), and the over-relaxation that is best for them is known
+//! ([`MuscleBody::looseness`]). Contacts are planes with multipliers of their own that never pull.
 //!
 //! # Spaces and units
 //! Everything here is in posed scene space, metres, seconds and kilograms, unless it says `_rest`.

@@ -56,6 +56,7 @@ fn load(params: &DynamicsParams, around: &Surroundings, muscle: &MuscleBody, own
     let stiffness = read[0].w;
     let scale = around.moved[muscle.driver as usize].scale;
     let mut chain = Chain::new(points);
+    chain.memory = if params.pbd != 0 { 0.0 } else { 1.0 };
     for (i, particle) in own.iter().enumerate() {
         chain.at[i] = read[2 + 2 * i].xyz();
         chain.mobility[i] = particle.velocity.w;
@@ -69,8 +70,7 @@ fn load(params: &DynamicsParams, around: &Surroundings, muscle: &MuscleBody, own
         if params.pbd != 0 {
             chain.gain[j] = (stiffness * stiffer).min(MOST_STIFFNESS) / mobility;
         } else {
-            chain.compliance[j] = stiffness / stiffer;
-            chain.gain[j] = 1.0 / (mobility + chain.compliance[j]);
+            chain.gain[j] = 1.0 / (mobility + stiffness / stiffer);
         }
     }
     chain

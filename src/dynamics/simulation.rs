@@ -75,6 +75,12 @@ impl Simulation {
         self.clock.reset();
     }
 
+    /// Goes on from the particles and axes that another side has for the same frame.
+    pub fn resume(&mut self, particles: &[Particle], axes: &[AxisPoint]) {
+        self.particles.copy_from_slice(particles);
+        self.axes.copy_from_slice(axes);
+    }
+
     /// Goes on to a frame at `time`, seconds: sets the clock, and puts the muscles in place where the motion starts.
     /// Returns how many substeps the frame has.
     pub fn begin(&mut self, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) -> u32 {

@@ -79,7 +79,8 @@ fn deformed(
         instance.set_pose(queue, pose)?;
         let output = instance.output().clone();
         let surfaces = [Surface { mesh: &mesh, vertices: output.slice(..), model: Mat4::IDENTITY }];
-        let frame = Frame { camera, view: View::Skin, light: Light::Paper, surfaces: &surfaces, solids: &[] };
+        let frame =
+            Frame { camera, view: View::Skin, light: Light::Paper, surfaces: &surfaces, solids: &[], marks: &[] };
         let image = studio.deformed(&frame, &mut instance)?;
         let vertices: Vec<[f32; 6]> = readback::read(headless, &output, ..rig.character.vertex_count())?;
         let skin = Skin {

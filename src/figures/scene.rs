@@ -139,7 +139,7 @@ impl<'a> Studio<'a> {
 
     /// Draws solids on white.
     pub(super) fn solids(&self, camera: &Camera, solids: &[ColorMesh]) -> Result<Image, FigureError> {
-        let frame = Frame { camera, view: View::Muscles, light: Light::Paper, surfaces: &[], solids };
+        let frame = Frame { camera, view: View::Muscles, light: Light::Paper, surfaces: &[], solids, marks: &[] };
         let picture = self.renderer.draw(self.headless, &self.targets, &frame)?;
         Ok(image(picture))
     }

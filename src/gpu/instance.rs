@@ -26,14 +26,14 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct Batch {
     rig: Arc<RigBuffers>,
-    count: u32,
+    pub(super) count: u32,
     steps: Vec<Step>,
     buffers: Buffers,
     layout: OutputLayout,
     pipelines: Vec<Prepared>,
     options: FrameOptions,
     /// Per instance, where its dynamics stand.
-    clocks: Vec<Clock>,
+    pub(super) clocks: Vec<Clock>,
     /// Per instance, substeps of its last pose.
     turns: Vec<u32>,
 }
@@ -286,7 +286,7 @@ impl Batch {
 /// One character in motion: a batch of one.
 #[derive(Debug)]
 pub struct Instance {
-    batch: Batch,
+    pub(super) batch: Batch,
 }
 
 impl Instance {
@@ -312,14 +312,14 @@ impl Instance {
         self.batch.set_pose(queue, 0, pose)
     }
 
-    /// Lets its next pose start its dynamics anew, as after a teleport.
-    pub fn reset(&mut self) {
-        self.batch.reset(0);
-    }
-
     /// Chooses what the following frames compute.
     pub fn set_options(&mut self, queue: &wgpu::Queue, options: &FrameOptions) {
         self.batch.set_options(queue, options);
+    }
+
+    /// Lets the next pose start its dynamics anew: see [`Batch::reset`].
+    pub fn reset(&mut self) {
+        self.batch.reset(0);
     }
 
     /// Records one frame. Neither submits, polls nor maps.

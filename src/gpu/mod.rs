@@ -4,6 +4,7 @@
 //! On this path the library never submits, polls, maps or makes a device: only [`Headless`] and [`readback`] do.
 
 mod buffers;
+mod checkpoint;
 mod headless;
 mod instance;
 mod kernels;
@@ -11,6 +12,7 @@ mod output;
 pub mod readback;
 mod rig_buffers;
 
+pub use checkpoint::Checkpoint;
 pub use headless::{DeviceChoice, Headless, adapters};
 pub use instance::{Batch, Instance};
 pub use kernels::Kernels;

@@ -67,10 +67,18 @@ pub const PREDICTED: Tolerance = Tolerance { absolute: 4e-6, share_over: 0.0 };
 /// Places after one outer iteration, and displacements of its substep, in lengths of the muscle: ten projections of every
 /// constraint of a stable system, each good to 2^-24 of coordinates of the order of 2 m, ten times a muscle's length.
 pub const PROJECTED: Tolerance = Tolerance { absolute: 1e-5, share_over: 0.0 };
-/// Particles after one frame from the same state, in lengths of their muscle: as [`PROJECTED`].
+/// Particles of a frame, in lengths of their muscle. Against bones and the skin a rounding error stays one: a nudge of 1e-7 m
+/// is no more than 2e-6 of a length in any of the 120 frames after it. Contacts between muscles pass it on and magnify it
+/// by up to ten a frame, since which muscle gives way depends on the last bit where many of them are pressed together:
+/// there [`TOUCHING_DRIFT`] holds from the second frame on.
 pub const PARTICLES: Tolerance = Tolerance { absolute: 1e-5, share_over: 0.0 };
-/// Particles of two states that go on side by side.
-pub const PARTICLES_DRIFT: Tolerance = Tolerance { absolute: 1e-3, share_over: 0.0 };
+/// Particles of muscles that are pressed against each other, after 120 frames by themselves: they stay in one another's
+/// way, so that they cannot drift by more than about a muscle's width, a fifth of its length.
+pub const TOUCHING_DRIFT: Tolerance = Tolerance { absolute: 0.2, share_over: 0.0 };
+/// Axes of muscles in motion. Tangents are differences of particles a thirtieth of the length apart, each within
+/// [`PARTICLES`]: 1e-5 x 2 x 30. Normals turn with the plane of two segments, which may turn by .05 only: 20 times that,
+/// in the worst case; a third of it here.
+pub const MOVING_AXES: Tolerance = Tolerance { absolute: 4e-3, share_over: 0.0 };
 /// Marched positions, in heights. A vertex stops within a field difference of 1e-4, and where one side takes a step
 /// more than the other they end up to 1e-4 of a support radius apart, 5e-6 of a height. At a pit, where vertices
 /// stop on a ridge of the maximum, the step before decides: a thousandth of the vertices may be over.
@@ -129,10 +137,11 @@ pub fn compare(gpu: &GpuResult, cpu: CpuResult, height: f32) -> Vec<StageReport>
     let mut stages = vec![vectors("skinned", &gpu.skinned, &trace.skinned, unit, SKINNED)];
     if !trace.muscles.is_empty() {
         stages.push(muscles(&gpu.muscles, &trace.muscles, unit));
-        stages.push(axes(&gpu.axes, &trace.axes, unit));
+        let tolerance = if trace.particles.is_empty() { MUSCLES } else { MOVING_AXES };
+        stages.push(axes(&gpu.axes, &trace.axes, unit, tolerance));
     }
     if !trace.particles.is_empty() {
-        stages.push(particles(gpu, trace, PARTICLES_DRIFT));
+        stages.push(particles(gpu, trace, PARTICLES));
     }
     if !trace.tracked.is_empty() {
         let mut report = vectors("tracked", &gpu.tracked, &trace.tracked, unit, TRACKED);
@@ -175,13 +184,13 @@ fn muscles(gpu: &[MuscleFrame], cpu: &[MuscleFrame], unit: f32) -> StageReport {
     measure("muscles", gpu.len(), cpu.len(), pairs, MUSCLES)
 }
 
-fn axes(gpu: &[AxisPoint], cpu: &[AxisPoint], unit: f32) -> StageReport {
+fn axes(gpu: &[AxisPoint], cpu: &[AxisPoint], unit: f32, tolerance: Tolerance) -> StageReport {
     let pairs = gpu.iter().zip(cpu).map(|(g, c)| {
         let moved = (g.position.xyz() - c.position.xyz()).length().max((g.turn.w - c.turn.w).abs());
         let turned = (g.tangent.xyz() - c.tangent.xyz()).length().max((g.normal.xyz() - c.normal.xyz()).length());
         ((moved * unit).max(turned).max((g.normal.w - c.normal.w).abs()), 1.0)
     });
-    measure("muscle axes", gpu.len(), cpu.len(), pairs, MUSCLES)
+    measure("muscle axes", gpu.len(), cpu.len(), pairs, tolerance)
 }
 
 /// Compares the places of particles, in lengths of their muscle at the frame.

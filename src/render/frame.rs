@@ -60,7 +60,12 @@ pub struct Frame<'a> {
     pub surfaces: &'a [Surface<'a>],
     /// Muscles and the like, in scene space; not shown by [`View::Skin`].
     pub solids: &'a [ColorMesh],
+    /// What is seen through all else, such as axes within muscles; not shown by [`View::Skin`].
+    pub marks: &'a [ColorMesh],
 }
+
+/// Depth up to which marks are drawn, and from which on everything else is, where there are marks.
+const MARKS_DEPTH: f32 = 0.1;
 
 impl Frame<'_> {
     fn params(&self) -> ViewParams {
@@ -176,6 +181,8 @@ impl Renderer {
         frame.check_surfaces()?;
         let shown = if frame.view == View::Skin { &[] } else { frame.solids };
         let solids = Solids::upload(headless, shown)?;
+        let marks = Solids::upload(headless, if frame.view == View::Skin { &[] } else { frame.marks })?;
+        let (width, height) = (targets.resolved.width() as f32, targets.resolved.height() as f32);
         let models: Vec<Mat4> = frame.surfaces.iter().map(|s| s.model).collect();
         let models = upload(headless, "model matrices", &models, wgpu::BufferUsages::VERTEX)?;
         let params = headless.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -205,16 +212,14 @@ impl Renderer {
             ..Default::default()
         });
         pass.set_bind_group(0, &view, &[]);
+        if marks.count > 0 {
+            pass.set_viewport(0.0, 0.0, width, height, MARKS_DEPTH, 1.0);
+        }
         if frame.light != Light::Paper {
             pass.set_pipeline(&self.background);
             pass.draw(0..3, 0..1);
         }
-        if solids.count > 0 {
-            pass.set_pipeline(&self.solid);
-            pass.set_vertex_buffer(0, solids.vertices.slice(..));
-            pass.set_index_buffer(solids.indices.slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..solids.count, 0, 0..1);
-        }
+        self.draw_solids(&mut pass, &solids);
         let pipelines: &[_] = match frame.view {
             View::Skin => &[&self.skin],
             View::Xray | View::Muscles => &[&self.skin_depth, &self.skin_ghost],
@@ -223,7 +228,20 @@ impl Renderer {
             pass.set_pipeline(pipeline);
             draw_surfaces(&mut pass, frame.surfaces, &models);
         }
+        if marks.count > 0 {
+            pass.set_viewport(0.0, 0.0, width, height, 0.0, MARKS_DEPTH);
+            self.draw_solids(&mut pass, &marks);
+        }
         Ok(())
+    }
+
+    fn draw_solids(&self, pass: &mut wgpu::RenderPass<'_>, solids: &Solids) {
+        if solids.count > 0 {
+            pass.set_pipeline(&self.solid);
+            pass.set_vertex_buffer(0, solids.vertices.slice(..));
+            pass.set_index_buffer(solids.indices.slice(..), wgpu::IndexFormat::Uint32);
+            pass.draw_indexed(0..solids.count, 0, 0..1);
+        }
     }
 }
 

@@ -20,7 +20,7 @@ pub use camera::{Camera, Direction, enclose};
 pub use color_mesh::{ColorMesh, activation_color};
 pub use frame::{Frame, Light, Surface, View};
 pub use mesh::{Look, MaterialParams, Run, SkinMesh, VERTEX_STRIDE, interleaved, vertex_buffer};
-pub use muscles::{muscle_mesh, muscle_meshes};
+pub use muscles::{axis_meshes, muscle_mesh, muscle_meshes};
 pub use picture::{Picture, contact_sheet};
 pub use renderer::Renderer;
 pub use targets::Targets;

@@ -160,6 +160,7 @@ fn a_substep_is_that_of_a_direct_solve() {
             let most = expected.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
             let pairs = simulation.particles.iter().zip(&expected);
             let error = pairs.map(|(p, e)| p.position.xyz().as_dvec3().distance(*e)).fold(0.0, f64::max);
+            println!("{frequency} {step}: {error} of {most}");
             assert!(error < tolerance * most + 1e-6, "{frequency} Hz, step {step}: {error} of {most}");
             let pairs = simulation.particles.iter().zip(&before);
             let moved = pairs.map(|(p, b)| p.position.xyz().as_dvec3().distance(*b)).fold(0.0, f64::max);
