@@ -3,9 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod bulge;
+mod checkpoint;
 mod cli;
 mod doors;
-mod checkpoint;
 mod dynamics_fixtures;
 mod field_sample;
 mod fields;
