@@ -132,7 +132,7 @@ impl Crowd {
             skins_begin,
             links_end: self.links.len() as u32,
             looseness: 30.0 + 20.0 * random.next(),
-            frequency: [0.0, 9.0, 0.0][index % 3],
+            frequency: [0.0, 0.0, 9.0][index % 3],
             jiggle: [0.7, 0.0, 1.0][index % 3],
             ..MuscleBody::default()
         });

@@ -121,6 +121,20 @@ fn another_velocity_and_another_stiffness_are_found() {
 }
 
 #[test]
+fn another_jiggle_and_another_frequency_are_found() {
+    let mut crowd = Crowd::new(5, 1, None, 66);
+    let params = crowd.params(&DynamicsOptions::default(), 0);
+    let Some(found) = played(&crowd, &params) else { return };
+    crowd.muscles[0].jiggle -= 0.2;
+    crowd.muscles[2].frequency += 1.0;
+    crowd.predict(&params);
+    let (over, _) = over(&found, &crowd);
+    assert!(over.contains(&(crowd.muscles[0].first_point as usize)), "{over:?}");
+    let box_of = |k: usize| crowd.particles.len() + sinew::field::muscle::axis::run(k, crowd.muscles[k].first_point);
+    assert!(over.contains(&box_of(2)) && !over.contains(&box_of(1)), "{over:?}");
+}
+
+#[test]
 fn a_muscle_without_length_or_scale_stays_finite() {
     let mut crowd = Crowd::new(4, 1, None, 65);
     for p in &mut crowd.particles {
