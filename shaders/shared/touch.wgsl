@@ -43,8 +43,7 @@ fn touch_bone(place: TouchPlace, link: Link, p: vec3<f32>, radius: f32, clear: f
     }
     let raw = grid_sample(bone.grid, u);
     let outward = math_transpose_vector(to_rest, raw.xyz);
-    let slope = max(sqrt(math_dot(outward, outward)), 1e-9);
-    return vec4<f32>(outward / slope, raw.w / slope - wanted);
+    return vec4<f32>(outward / max(sqrt(math_dot(outward, outward)), 1e-9), raw.w * scale - wanted);
 }
 
 // The skin around a particle, of all groups from `begin` to `end` the one that it is deepest inside of; beyond all of

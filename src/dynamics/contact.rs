@@ -109,8 +109,8 @@ impl Surroundings<'_> {
             None => Contact::NONE,
             Some((distance, gradient)) => {
                 let outward = transpose_vector(&joint.to_rest, gradient);
-                let slope = outward.length().max(1e-9);
-                Contact { normal: outward / slope, distance: distance / slope - wanted }
+                // A distance already, whose gradient shrinks where two sides of the bone are equally near.
+                Contact { normal: outward / outward.length().max(1e-9), distance: distance * joint.scale - wanted }
             }
         }
     }
