@@ -35,6 +35,7 @@ struct Baked {
 pub fn run(args: &args::Bake) -> Result<(), Failure> {
     load::threads(args.compute.threads)?;
     let format = Format::of(&args.output)?;
+    args.dynamics.options()?;
     let (mut scene, muscles) = load::input(&args.input)?;
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
     let fields = args.skinning == SkinningArg::Implicit;

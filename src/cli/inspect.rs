@@ -6,7 +6,6 @@ use crate::{load, print};
 use serde::Serialize;
 use sinew::clip::Scene;
 use sinew::rig::{BoneCollider, ColliderShape, Rig};
-use sinew::schedule::DynamicsOptions;
 use std::fmt::Write;
 
 #[derive(Serialize)]
@@ -92,7 +91,7 @@ struct Material {
 pub fn run(args: &args::Inspect) -> Result<(), Failure> {
     load::threads(args.threads)?;
     let (scene, muscles) = load::input(&args.input)?;
-    let rig = load::rig(&args.input, &scene, &muscles, true, Some(&DynamicsOptions::default()))?;
+    let rig = load::rig(&args.input, &scene, &muscles, true, None)?;
     print::result(args.json, &inspect(&scene, &rig), text)
 }
 

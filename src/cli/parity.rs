@@ -54,6 +54,7 @@ mod on_device {
             ));
         }
         load::threads(args.compute.threads)?;
+        args.dynamics.options()?;
         let (mut scene, muscles) = load::input(&args.input)?;
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };

@@ -56,6 +56,7 @@ mod on_device {
 
     pub fn run(args: &args::Render) -> Result<(), Failure> {
         load::threads(args.compute.threads)?;
+        args.dynamics.options()?;
         let (mut scene, muscles) = load::input(&args.input)?;
         let view = View::from(args.view);
         if view != View::Skin && muscles.muscles.is_empty() {

@@ -27,9 +27,9 @@ pub fn project(params: &DynamicsParams, index: usize, around: &Surroundings, own
     out.copy_from_slice(&around.iterates[first..first + out.len()]);
     let held = Held::new(params, around, muscle, own, out);
     let mut chain = load(params, around, muscle, own, out);
-    for i in 1..chain.points - 1 {
+    for (i, particle) in own.iter_mut().enumerate().take(chain.points - 1).skip(1) {
         let p = chain.at[i];
-        let [first, second] = held.peers(i, p, &mut own[i]);
+        let [first, second] = held.peers(i, p, particle);
         chain.planes[i] = [first, second, held.deepest_bone(i, p).plane(p), held.within(i, p).plane(p)];
     }
     chain.iterate(params, out[1].w, params.done);

@@ -5,18 +5,15 @@ use clap::{Args as Group, ValueEnum};
 use sinew::schedule::{Contacts, DynamicsOptions, Solver};
 use std::str::FromStr;
 
-/// How muscles move; they do where skinning is implicit.
+/// How muscles move, where skinning is implicit.
 #[derive(Clone, Debug, Default, Group)]
 pub struct Dynamics {
-    /// Keep muscles straight between their ends, as if they had no mass
-    #[arg(long, conflicts_with_all = ["dynamics", "solver", "frequency", "no_contacts", "iterations"])]
-    pub no_dynamics: bool,
-    /// How stiffness is understood
-    #[arg(long, value_enum, default_value = "xpbd")]
+    /// Whether muscles move, and how their stiffness is understood
+    #[arg(long, value_enum, value_name = "MODE", default_value = "off")]
     pub dynamics: ModeArg,
-    /// In what order a muscle's constraints are solved
-    #[arg(long, value_enum, default_value = "red-black")]
-    pub solver: SolverArg,
+    /// In what order a muscle's constraints are solved [default: red-black]
+    #[arg(long, value_enum)]
+    pub solver: Option<SolverArg>,
     /// Frequency of a muscle of stiffness 0.4, 1 to 60; lower is looser [default: 12]
     #[arg(long, value_name = "HZ", value_parser = parse_frequency)]
     pub frequency: Option<f32>,
@@ -31,8 +28,10 @@ pub struct Dynamics {
 /// `--dynamics`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ModeArg {
-    /// As a frequency, which no other setting changes
+    /// Muscles are straight between their ends, as if they had no mass
     #[default]
+    Off,
+    /// As a frequency, which no other setting changes
     Xpbd,
     /// As the muscle paper's raw stiffness per iteration, 60 substeps a second
     Pbd,
@@ -86,10 +85,19 @@ fn parse_frequency(text: &str) -> Result<f32, String> {
 impl Dynamics {
     /// What is asked for; none without dynamics.
     pub fn options(&self) -> Result<Option<DynamicsOptions>, Failure> {
-        if self.no_dynamics {
-            return Ok(None);
-        }
         let mode = match self.dynamics {
+            ModeArg::Off => {
+                let set = [
+                    ("--solver", self.solver.is_some()),
+                    ("--frequency", self.frequency.is_some()),
+                    ("--no-contacts", !self.no_contacts.is_empty()),
+                    ("--iterations", self.iterations.is_some()),
+                ];
+                return match set.iter().find(|(_, set)| *set) {
+                    Some((flag, _)) => Err(Failure::Usage(format!("{flag} needs --dynamics xpbd or pbd"))),
+                    None => Ok(None),
+                };
+            }
             ModeArg::Xpbd => DynamicsOptions::default(),
             ModeArg::Pbd if self.frequency.is_some() => {
                 return Err(Failure::Usage(
@@ -101,7 +109,7 @@ impl Dynamics {
         let iterations = self.iterations.unwrap_or(Iterations { inner: mode.inner, outer: mode.outer });
         let touches = |what| !self.no_contacts.contains(&what);
         Ok(Some(DynamicsOptions {
-            solver: match self.solver {
+            solver: match self.solver.unwrap_or_default() {
                 SolverArg::RedBlack => Solver::RedBlack,
                 SolverArg::Jacobi => Solver::Jacobi,
             },
@@ -136,26 +144,27 @@ mod tests {
     }
 
     #[test]
-    fn nothing_said_is_the_librarys_default() {
-        assert_eq!(options(&[]), Some(DynamicsOptions::default()));
+    fn a_mode_alone_is_the_librarys_default() {
+        assert_eq!(options(&["--dynamics", "xpbd"]), Some(DynamicsOptions::default()));
         assert_eq!(options(&["--dynamics", "pbd"]), Some(DynamicsOptions::pbd()));
-        assert_eq!(options(&["--no-dynamics"]), None);
+        assert_eq!(options(&[]), None);
     }
 
     #[test]
     fn every_flag_changes_its_own_setting() {
         let all = options(&["--dynamics", "pbd", "--solver", "jacobi", "--iterations", "40x3"]).expect("dynamics");
         assert_eq!((all.mode, all.solver, all.inner, all.outer), (Mode::Pbd, Solver::Jacobi, 40, 3));
-        assert_eq!(options(&["--frequency", "6.5"]).expect("dynamics").frequency, 6.5);
+        assert_eq!(options(&["--dynamics", "xpbd", "--frequency", "6.5"]).expect("dynamics").frequency, 6.5);
         let contacts = Contacts { bones: true, muscles: false, skin: false };
         for flags in [&["--no-contacts", "muscles,skin"][..], &["--no-contacts", "skin", "--no-contacts", "muscles"]] {
-            assert_eq!(options(flags).expect("dynamics").contacts, contacts);
+            let flags = [&["--dynamics", "xpbd"], flags].concat();
+            assert_eq!(options(&flags).expect("dynamics").contacts, contacts);
         }
     }
 
     #[test]
     fn what_cannot_be_is_refused() {
-        let wrong: [&[&str]; 9] = [
+        let wrong: [&[&str]; 8] = [
             &["--frequency", "0.9"],
             &["--frequency", "60.5"],
             &["--frequency", "NaN"],
@@ -164,11 +173,12 @@ mod tests {
             &["--iterations", "8x9"],
             &["--iterations", "65x1"],
             &["--no-contacts", "air"],
-            &["--no-dynamics", "--frequency", "8"],
         ];
         for flags in wrong {
             assert!(dynamics(flags).is_none(), "{flags:?}");
         }
+        let alone = dynamics(&["--solver", "jacobi"]).expect("good flags");
+        assert!(matches!(alone.options(), Err(Failure::Usage(text)) if text.contains("--solver needs --dynamics")));
         let both = dynamics(&["--dynamics", "pbd", "--frequency", "8"]).expect("good flags");
         assert!(matches!(both.options(), Err(Failure::Usage(text)) if text.contains("--frequency")));
     }

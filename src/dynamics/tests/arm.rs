@@ -1,221 +1,247 @@
-//! A real arm.
+//! Real characters: what touches stays out, what is held comes to rest.
 
 use super::*;
+use crate::field::muscle::axis::half;
 use crate::rig::{BuildOptions, Pose, Rig, muscle_file};
 use crate::schedule::{Contacts, DynamicsOptions, Solver};
 use glam::Vec4Swizzles;
 use std::path::Path;
+use std::sync::Arc;
 
-pub struct Arm {
-    pub scene: crate::clip::Scene,
-    pub rig: Rig,
-    pub bodies: std::sync::Arc<Bodies>,
+/// A character of the test data with the muscles of its fixture.
+struct Actor {
+    scene: crate::clip::Scene,
+    rig: Rig,
+    bodies: Arc<Bodies>,
 }
 
-impl Arm {
-    pub fn new(group: &str, keep: &[&str]) -> Option<Arm> {
+impl Actor {
+    /// `keep` chooses muscles by parts of their names, all where it is empty; they collide with one another in `group`.
+    fn new(file: &str, group: &str, keep: &[&str]) -> Option<Actor> {
         let data = std::env::var_os("SINEW_DATA").map(std::path::PathBuf::from)?;
-        let scene = crate::io::gltf::read(&data.join("humans/arm_nohand_dense_2172.glb")).expect("the arm");
-        let path =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels-tests/fixtures/arm_nohand_dense_2172.muscles.toml");
-        let mut file = muscle_file::read(&path).expect("the fixture");
-        file.muscles.retain(|m| keep.is_empty() || keep.iter().any(|k| m.name.contains(k)));
-        for m in &mut file.muscles {
-            m.collision_group = group.into();
-        }
-        let rig = Rig::build(scene.character.clone(), &file.muscles, &BuildOptions::default()).expect("a rig");
-        let bodies = std::sync::Arc::new(Bodies::new(&rig));
-        Some(Arm { scene, rig, bodies })
+        let scene = crate::io::gltf::read(&data.join(format!("humans/{file}.glb"))).expect("the character");
+        let path = format!("{}/kernels-tests/fixtures/{file}.muscles.toml", env!("CARGO_MANIFEST_DIR"));
+        let mut muscles = muscle_file::read(Path::new(&path)).expect("the fixture").muscles;
+        muscles.retain(|m| keep.is_empty() || keep.iter().any(|k| m.name.contains(k)));
+        muscles.iter_mut().for_each(|m| m.collision_group = group.into());
+        let rig = Rig::build(scene.character.clone(), &muscles, &BuildOptions::default()).expect("a rig");
+        let bodies = Arc::new(Bodies::new(&rig));
+        Some(Actor { scene, rig, bodies })
     }
 
-    pub fn pose(&self, clip: &str, time: f32) -> Pose {
-        self.scene.pose(self.scene.choose_clip(Some(clip)).expect("the clip"), time)
+    fn arm(group: &str, keep: &[&str]) -> Option<Actor> {
+        Actor::new("arm_nohand_dense_2172", group, keep)
     }
 
-    pub fn skins(&self) -> Skins<'_> {
-        Skins { grids: &self.rig.grids, nodes: &self.rig.nodes }
-    }
-
-    pub fn inputs(&self, pose: &Pose, activation: Option<f32>) -> FrameInputs {
-        let mut pose = pose.clone();
-        if let Some(a) = activation {
-            pose.activations = vec![a; self.rig.specs.len()];
-        }
+    fn inputs(&self, clip: &str, time: f64, activation: Option<f32>) -> FrameInputs {
+        let clip = self.scene.choose_clip(Some(clip)).expect("the clip");
+        let mut pose: Pose = self.scene.pose(clip, time as f32);
+        pose.activations = activation.map(|a| vec![a; self.rig.specs.len()]).unwrap_or_default();
         FrameInputs::new(&self.rig, &pose).expect("a pose")
     }
+
+    fn frame(&self, simulation: &mut Simulation, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) {
+        simulation.advance(Skins::of(&self.rig), inputs, time, options);
+    }
+
+    /// Plays `biceps_curl` to where the elbow is bent by 130 degrees, holds it for 1.6 s, and gives the inputs there.
+    fn held(&self, activation: f32, options: &DynamicsOptions) -> (Simulation, FrameInputs) {
+        let mut simulation = Simulation::new(Arc::clone(&self.bodies));
+        let bent = self.inputs("biceps_curl", 43.0 / 30.0, Some(activation));
+        for k in 0..=91 {
+            let time = f64::from(k) / 30.0;
+            let inputs = if k < 43 { self.inputs("biceps_curl", time, Some(activation)) } else { bent.clone() };
+            self.frame(&mut simulation, &inputs, time, options);
+        }
+        (simulation, bent)
+    }
+
+    /// Farthest that any particle is from where it was at first, in one more second, metres, seen every substep.
+    fn wander(&self, simulation: &mut Simulation, inputs: &FrameInputs, options: &DynamicsOptions) -> f32 {
+        let before: Vec<Vec3> = simulation.particles.iter().map(|p| p.position.xyz()).collect();
+        let mut most = 0.0f32;
+        for k in 1..=240 {
+            self.frame(simulation, inputs, 91.0 / 30.0 + f64::from(k) / 240.0, options);
+            let pairs = simulation.particles.iter().zip(&before);
+            most = pairs.fold(most, |m, (p, q)| m.max(p.position.xyz().distance(*q)));
+        }
+        most
+    }
+
+    fn measure(&self, simulation: &Simulation, inputs: &FrameInputs) -> Measured {
+        let mut moved = vec![MovedJoint::default(); inputs.joints.len()];
+        let joints: Vec<JointFrame> = [&inputs.joints[..], &inputs.joints].concat();
+        joints::step(&StepClock::default(), true, &joints, &mut moved);
+        let half = half(self.bodies.muscles.len() as u32, simulation.particles.len() as u32);
+        let around = Surroundings {
+            muscles: &self.bodies.muscles,
+            bones: &self.bodies.bones,
+            links: &self.bodies.links,
+            moved: &moved,
+            grids: &self.rig.grids,
+            nodes: &self.rig.nodes,
+            iterates: &simulation.iterates[..half],
+        };
+        let mut found = Measured::default();
+        for muscle in &self.bodies.muscles {
+            let own = &simulation.particles[muscle.first_point as usize..][..=muscle.segments as usize];
+            let (n, links) = (own.len() - 1, |a: u32, b: u32| &self.bodies.links[a as usize..b as usize]);
+            let (start, end) = (own[0].position.xyz(), own[n].position.xyz());
+            for (i, particle) in own.iter().enumerate().filter(|(_, p)| p.traits.x >= 1.0) {
+                let (p, radius, share) = (particle.position.xyz(), particle.position.w, i as f32 / n as f32);
+                let straight = start.lerp(end, share);
+                found.bow = found.bow.max(p.distance(straight));
+                found.speed = found.speed.max(particle.velocity.xyz().length());
+                for link in links(muscle.bones_begin, muscle.peers_begin) {
+                    let depth = (-around.bone(link, p, radius, 1.0, share).distance).max(0.0);
+                    found.bones.push((depth / radius, depth));
+                }
+                for link in links(muscle.peers_begin, muscle.skins_begin) {
+                    found.overlap = found.overlap.max(-around.muscle(link, p, radius).distance);
+                }
+                let skin = around.skin(links(muscle.skins_begin, muscle.links_end), p, straight);
+                found.outside = found.outside.max(-skin.distance);
+            }
+        }
+        found
+    }
+
+    /// What all frames of a clip at 30 fps measure together, `from` the first one on.
+    fn played(&self, clip: &str, frames: std::ops::Range<u32>, options: &DynamicsOptions) -> Measured {
+        let mut simulation = Simulation::new(Arc::clone(&self.bodies));
+        let mut all = Measured::default();
+        for k in 0..frames.end {
+            let time = f64::from(k) / 30.0;
+            let inputs = self.inputs(clip, time, None);
+            self.frame(&mut simulation, &inputs, time, options);
+            if frames.contains(&k) {
+                all.join(self.measure(&simulation, &inputs));
+            }
+        }
+        all
+    }
 }
 
-#[derive(Default, Debug, Clone)]
-pub struct Measured {
-    bone: Vec<f32>,
-    skin: f32,
+/// What particles outside the tendons do.
+#[derive(Default, Debug)]
+struct Measured {
+    /// Depth in bones: share of the radius, and metres.
+    bones: Vec<(f32, f32)>,
+    /// Farthest outside the skin, metres.
+    outside: f32,
+    /// Deepest in another muscle, metres.
     overlap: f32,
+    /// Fastest, m/s.
     speed: f32,
-    /// Farthest from the straight axis.
+    /// Farthest from the straight axis, metres.
     bow: f32,
 }
 
-pub fn measure(arm: &Arm, s: &Simulation, inputs: &FrameInputs) -> Measured {
-    let mut moved = vec![MovedJoint::default(); inputs.joints.len()];
-    let both: Vec<JointFrame> = inputs.joints.iter().chain(&inputs.joints).copied().collect();
-    joints::step(&StepClock::default(), true, &both, &mut moved);
-    let half = crate::field::muscle::axis::half(arm.bodies.muscles.len() as u32, s.particles.len() as u32);
-    let around = contact::Surroundings {
-        muscles: &arm.bodies.muscles,
-        bones: &arm.bodies.bones,
-        links: &arm.bodies.links,
-        moved: &moved,
-        grids: &arm.rig.grids,
-        nodes: &arm.rig.nodes,
-        iterates: &s.iterates[..half],
+impl Measured {
+    fn join(&mut self, other: Measured) {
+        self.bones.extend(other.bones);
+        self.outside = self.outside.max(other.outside);
+        self.overlap = self.overlap.max(other.overlap);
+        self.bow = self.bow.max(other.bow);
+    }
+
+    /// Share of the radius that 95 % of the particles are in bones at most, and the deepest one: share and metres.
+    fn depths(&mut self) -> (f32, (f32, f32)) {
+        self.bones.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let at = |q: f32| self.bones[((self.bones.len() - 1) as f32 * q) as usize];
+        (at(0.95).0, at(1.0))
+    }
+}
+
+fn one_by_one() -> DynamicsOptions {
+    let contacts = Contacts { muscles: false, ..Contacts::ALL };
+    DynamicsOptions { contacts, ..DynamicsOptions::default() }
+}
+
+#[test]
+fn a_held_curl_comes_to_rest() {
+    let Some(arm) = Actor::arm("", &[]) else { return };
+    for solver in [Solver::RedBlack, Solver::Jacobi] {
+        for activation in [0.0, 1.0] {
+            let options = DynamicsOptions { solver, ..one_by_one() };
+            let (simulation, inputs) = arm.held(activation, &options);
+            let mut found = arm.measure(&simulation, &inputs);
+            assert!(found.speed < 1e-3, "{solver:?} {activation}: {} m/s", found.speed);
+            assert!(found.depths().1.0 < 0.02 && found.outside < 1e-4, "{found:?}");
+            assert!(found.bow > 5e-3, "bones push it aside by {}", found.bow);
+        }
+    }
+}
+
+#[test]
+fn muscles_that_press_on_one_another_come_to_rest() {
+    let Some(arm) = Actor::arm("upper arm", &["biceps", "brachialis", "triceps"]) else { return };
+    let options = DynamicsOptions::default();
+    for activation in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        let (mut simulation, inputs) = arm.held(activation, &options);
+        let wander = arm.wander(&mut simulation, &inputs, &options);
+        let overlap = arm.measure(&simulation, &inputs).overlap;
+        assert!(wander < 1e-4 && overlap < 2.5e-3, "{activation}: wanders {wander} m, overlap {overlap} m");
+    }
+    let loose = DynamicsOptions { play: 0.0, deadband: 0.0, ..options };
+    let (mut simulation, inputs) = arm.held(1.0, &loose);
+    assert!(arm.wander(&mut simulation, &inputs, &loose) > 1e-4, "without play it never rests");
+}
+
+#[test]
+fn muscles_stay_out_of_bones_and_in_the_skin() {
+    let Some(arm) = Actor::arm("", &[]) else { return };
+    let mut curl = arm.played("biceps_curl", 0..60, &one_by_one());
+    let (_, deepest) = curl.depths();
+    assert!(deepest.0 <= 0.02 && curl.outside <= 1e-4, "curl: {deepest:?} {}", curl.outside);
+    for frequency in [6.0, 12.0, 24.0] {
+        let mut shake = arm.played("arm_shake", 0..60, &DynamicsOptions { frequency, ..one_by_one() });
+        let (most, deepest) = shake.depths();
+        println!("arm_shake at {frequency} Hz: {} m off the straight axis", shake.bow);
+        assert!(most <= 0.02 && (deepest.0 <= 0.03 || deepest.1 <= 2e-4), "{frequency} Hz: {most} {deepest:?}");
+        assert!(shake.outside <= 1e-4, "{frequency} Hz: {}", shake.outside);
+    }
+    let contacts = Contacts::NONE;
+    let mut through = arm.played("arm_shake", 0..60, &DynamicsOptions { contacts, frequency: 6.0, ..one_by_one() });
+    let deepest = through.depths().1;
+    assert!(deepest.0 > 0.2 && through.outside > 1e-3, "without contacts they do not: {deepest:?} {}", through.outside);
+}
+
+#[test]
+fn a_whole_body_walks_and_jumps() {
+    let Some(body) = Actor::new("mh_male_athletic", "", &[]) else { return };
+    for (clip, bound) in [("walk", 0.02), ("jump", 0.03)] {
+        let mut found = body.played(clip, 0..36, &one_by_one());
+        let (most, deepest) = found.depths();
+        println!("{clip}: p95 {most}, deepest {deepest:?}, outside {}", found.outside);
+        assert!(most <= 0.02 && (deepest.0 <= bound || deepest.1 <= 2e-4), "{clip}: {most} {deepest:?}");
+        assert!(found.outside <= 1e-4, "{clip}: {}", found.outside);
+    }
+}
+
+/// Farthest of the biceps' surface from the upper arm's bone at full flexion and activation 1, metres.
+fn height(arm: &Actor, options: &DynamicsOptions) -> f32 {
+    let (simulation, inputs) = arm.held(1.0, options);
+    let index = arm.rig.muscle_names.iter().position(|n| n.starts_with("biceps")).expect("the biceps");
+    let muscle = &arm.bodies.muscles[index];
+    let bone = arm.bodies.bones.iter().find(|b| arm.rig.character.joints[b.joint as usize].name == "upperarm_l");
+    let bone = bone.expect("a humerus");
+    let matrix = inputs.joints[bone.joint as usize].matrix;
+    let [start, end] = [bone.start, bone.end].map(|p| matrix.transform_point3(p.xyz()));
+    let own = &simulation.particles[muscle.first_point as usize..][..=muscle.segments as usize];
+    let away = |p: &Particle| {
+        let axis = (end - start).normalize();
+        let offset = p.position.xyz() - start;
+        (offset - axis * offset.dot(axis)).length() + p.position.w
     };
-    let mut out = Measured::default();
-    for muscle in &arm.bodies.muscles {
-        let own = &s.particles[muscle.first_point as usize..][..=muscle.segments as usize];
-        let n = own.len() - 1;
-        for i in 1..n {
-            let p = own[i].position.xyz();
-            let share = i as f32 / n as f32;
-            let (radius, clear) = (own[i].position.w, own[i].traits.x);
-            let straight = own[0].position.xyz().lerp(own[n].position.xyz(), share);
-            out.bow = out.bow.max(p.distance(straight));
-            out.speed = out.speed.max(own[i].velocity.xyz().length());
-            let links = |a: u32, b: u32| &arm.bodies.links[a as usize..b as usize];
-            if clear >= 1.0 {
-                for link in links(muscle.bones_begin, muscle.peers_begin) {
-                    let c = around.bone(link, p, radius, clear, share);
-                    out.bone.push((-c.distance / radius).max(0.0));
-                }
-                for link in links(muscle.peers_begin, muscle.skins_begin) {
-                    out.overlap = out.overlap.max(-around.muscle(link, p, radius).distance);
-                }
-                let c = around.skin(links(muscle.skins_begin, muscle.links_end), p, straight);
-                if -c.distance > out.skin {
-                    out.skin = -c.distance;
-                }
-            }
-        }
-    }
-    out.bone.sort_by(f32::total_cmp);
-    out
-}
-
-fn line(label: &str, m: &Measured) {
-    let p = |q: f32| m.bone.get(((m.bone.len() as f32 - 1.0) * q) as usize).copied().unwrap_or(0.0);
-    println!(
-        "{label}: bone p95 {:.2} % max {:.2} %  skin {:.3} mm overlap {:.2} mm speed {:.3} mm/s bow {:.2} mm",
-        p(0.95) * 100.0,
-        p(1.0) * 100.0,
-        m.skin * 1e3,
-        m.overlap * 1e3,
-        m.speed * 1e3,
-        m.bow * 1e3
-    );
+    own.iter().map(away).fold(0.0, f32::max)
 }
 
 #[test]
-fn variants() {
-    let sets: [&[&str]; 2] = [&["biceps", "brachialis", "triceps"], &[]];
-    for (set, (var, outer, deadband, hz)) in sets.iter().flat_map(|s| {
-        [(0u32, 2, 0.0f32, 3e-4f32), (0, 2, 5e-5, 3e-4), (0, 2, 5e-5, 5e-4), (0, 2, 1e-4, 3e-4)].map(|c| (s, c))
-    }) {
-        let Some(arm) = Arm::new("all", set) else { return };
-        for a in [0.0, 0.25, 0.5, 0.75, 1.0] {
-            let o = DynamicsOptions { outer, deadband, play: hz, ..DynamicsOptions::default() };
-            let mut s = Simulation::new(arm.bodies.clone());
-            let pose = arm.pose("biceps_curl", 43.0 / 30.0);
-            let run = |k: u32, s: &mut Simulation| {
-                let pose = arm.pose("biceps_curl", k.min(43) as f32 / 30.0);
-                let inputs = arm.inputs(&pose, Some(a));
-                s.advance(arm.skins(), &inputs, f64::from(k) / 30.0, &o);
-            };
-            for k in 0..=91 {
-                run(k, &mut s);
-            }
-            let inputs = arm.inputs(&pose, Some(a));
-            let before: Vec<Vec3> = s.particles.iter().map(|p| p.position.xyz()).collect();
-            let mut wander = vec![0.0f32; before.len()];
-            for k in 0..240 {
-                s.advance(arm.skins(), &inputs, 92.0 / 30.0 + f64::from(k) / 240.0, &o);
-                for (w, (p, q)) in wander.iter_mut().zip(s.particles.iter().zip(&before)) {
-                    *w = w.max(p.position.xyz().distance(*q));
-                }
-            }
-            let per: Vec<String> = arm
-                .bodies
-                .muscles
-                .iter()
-                .zip(&arm.rig.muscle_names)
-                .map(|(m, n)| {
-                    let own = &wander[m.first_point as usize..][..=m.segments as usize];
-                    format!("{n} {:.2}", own.iter().fold(0.0f32, |a, b| a.max(*b)) * 1e3)
-                })
-                .collect();
-            let m = measure(&arm, &s, &inputs);
-            line(&format!("{set:?} slack {hz} var {var} outer {outer} dead {deadband} a {a}"), &m);
-            println!("    {}", per.join("  "));
-        }
-    }
-}
-
-#[test]
-fn explore() {
-    for (group, keep) in [("all", Vec::<&str>::new())] {
-        let Some(arm) = Arm::new(group, &keep) else { return };
-        println!("group `{group}`: {} muscles, bones {:?}", arm.rig.muscles.len(), arm.rig.bones.len());
-        for a in [0.0, 1.0] {
-            for o in [DynamicsOptions::default(), DynamicsOptions { solver: Solver::Jacobi, ..Default::default() }] {
-                let mut s = Simulation::new(arm.bodies.clone());
-                let t0 = std::time::Instant::now();
-                for k in 0..=43 {
-                    let pose = arm.pose("biceps_curl", k as f32 / 30.0);
-                    let inputs = arm.inputs(&pose, Some(a));
-                    s.advance(arm.skins(), &inputs, f64::from(k) / 30.0, &o);
-                    if k % 14 == 0 {
-                        line(&format!("a {a} {:?} curl {k}", o.solver), &measure(&arm, &s, &inputs));
-                    }
-                }
-                let pose = arm.pose("biceps_curl", 43.0 / 30.0);
-                let inputs = arm.inputs(&pose, Some(a));
-                for k in 0..48 {
-                    s.advance(arm.skins(), &inputs, f64::from(44 + k) / 30.0, &o);
-                }
-                line(&format!("a {a} {:?} held 1.6 s", o.solver), &measure(&arm, &s, &inputs));
-                let before: Vec<Vec3> = s.particles.iter().map(|p| p.position.xyz()).collect();
-                let mut wander = 0.0f32;
-                let mut speed = 0.0f32;
-                for k in 0..240 {
-                    s.advance(arm.skins(), &inputs, 92.0 / 30.0 + f64::from(k) / 240.0, &o);
-                    for (p, q) in s.particles.iter().zip(&before) {
-                        wander = wander.max(p.position.xyz().distance(*q));
-                        speed = speed.max(p.velocity.xyz().length());
-                    }
-                }
-                println!(
-                    "   wander {:.4} mm over 1 s, speed {:.4} mm/s; {:?}",
-                    wander * 1e3,
-                    speed * 1e3,
-                    t0.elapsed()
-                );
-            }
-        }
-        let _ = Contacts::ALL;
-        for f in [6.0, 12.0, 24.0] {
-            let o = DynamicsOptions { frequency: f, ..Default::default() };
-            let mut s = Simulation::new(arm.bodies.clone());
-            let mut all = Measured::default();
-            for k in 0..60 {
-                let pose = arm.pose("arm_shake", k as f32 / 30.0);
-                let inputs = arm.inputs(&pose, None);
-                s.advance(arm.skins(), &inputs, f64::from(k) / 30.0, &o);
-                let m = measure(&arm, &s, &inputs);
-                all.bone.extend(&m.bone);
-                all.skin = all.skin.max(m.skin);
-                all.overlap = all.overlap.max(m.overlap);
-                all.bow = all.bow.max(m.bow);
-            }
-            all.bone.sort_by(f32::total_cmp);
-            line(&format!("shake {f} Hz"), &all);
-        }
-    }
+fn a_bone_raises_the_muscle_on_it() {
+    let Some(arm) = Actor::arm("", &[]) else { return };
+    let with = height(&arm, &one_by_one());
+    let without = height(&arm, &DynamicsOptions { contacts: Contacts::NONE, ..one_by_one() });
+    println!("the biceps' surface is {with} m from the bone's axis with bones, {without} m without");
+    assert!(with - without >= 8e-3, "{with} {without}");
 }

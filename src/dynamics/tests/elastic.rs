@@ -150,21 +150,24 @@ fn direct(simulation: &Simulation, options: &DynamicsOptions) -> Vec<DVec3> {
 
 #[test]
 fn a_substep_is_that_of_a_direct_solve() {
-    for (frequency, tolerance) in [(6.0, 2e-3), (12.0, 1e-2), (24.0, 5e-2)] {
+    // Shares of what the muscle was plucked by: sixteen sweeps end nearer to the solution where it is looser.
+    for (frequency, tolerance) in [(6.0, 5e-4), (12.0, 2e-3), (24.0, 2e-2)] {
         let options = DynamicsOptions { frequency, ..free() };
         let mut simulation = plucked(0.1, 0.01, &options);
+        let mut most = 0.0f64;
         for step in 1..=20 {
             let expected = direct(&simulation, &options);
             let before: Vec<DVec3> = simulation.particles.iter().map(|p| p.position.xyz().as_dvec3()).collect();
             simulation.advance(NO_SKIN, &still(0.4), f64::from(step) / 240.0, &options);
-            let most = expected.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
-            let pairs = simulation.particles.iter().zip(&expected);
-            let error = pairs.map(|(p, e)| p.position.xyz().as_dvec3().distance(*e)).fold(0.0, f64::max);
-            assert!(error < tolerance * most + 5e-6, "{frequency} Hz, step {step}: {error} of {most}");
-            let pairs = simulation.particles.iter().zip(&before);
-            let moved = pairs.map(|(p, b)| p.position.xyz().as_dvec3().distance(*b)).fold(0.0, f64::max);
-            assert!(moved > 2.0 * error, "standing still would be found");
+            let farthest = |from: &[DVec3]| {
+                let pairs = simulation.particles.iter().zip(from);
+                pairs.map(|(p, q)| p.position.xyz().as_dvec3().distance(*q)).fold(0.0, f64::max)
+            };
+            let error = farthest(&expected);
+            assert!(error < tolerance * 0.01, "{frequency} Hz, step {step}: {error} m");
+            most = most.max(farthest(&before));
         }
+        assert!(most > 5.0 * tolerance * 0.01, "standing still would be found: {most}");
     }
 }
 

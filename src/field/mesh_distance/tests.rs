@@ -135,8 +135,9 @@ fn boxes_and_capsules_have_their_own_distances() {
     let field = filled(&capsule(5, 0.015, 0.37));
     assert!(field.grid.size_y > 64 && field.nodes.len() < 120_000, "{:?}", field.grid);
     let axis = |p: Vec3| (p - Vec3::Y * p.y.clamp(-0.185, 0.185)).length();
-    let error = worst(&field, |p| axis(p) - 0.015, |p| axis(p) > field.cell);
-    assert!(error * field.cell < 0.5e-3, "{} mm", error * field.cell * 1e3);
+    let error = worst(&field, |p| axis(p) - 0.015, |p| axis(p) > 2.0 * field.cell);
+    // Again cell^2 / (4 r), at two cells from the axis and more.
+    assert!(error < 0.125, "{error} cells of {} m", field.cell);
 }
 
 #[test]
