@@ -33,8 +33,8 @@ pub fn frequency(k: f32, nominal: f32) -> f32 {
 /// [`axis::half`](crate::field::muscle::axis::half).
 ///
 /// `moved` are the instance's joints; `axis` the muscle's as last shaped, zero before, `own` and `iterates` the muscle's.
-/// Where the joints carry, particles and their velocities stay as they are. The first particle keeps the state of
-/// [`jiggle`].
+/// Where the joints carry, particles and their velocities stay as they are. The first particle keeps the state of the
+/// jiggle along the axis.
 pub fn predict(
     params: &DynamicsParams,
     muscle: &MuscleBody,

@@ -117,7 +117,7 @@ impl Profile {
         (value, slope)
     }
 
-    /// A bound on its largest value that costs little: the sum of its terms' own maxima, and [`stretch`] of its shift.
+    /// A bound on its largest value that costs little: the sum of its terms' own maxima, and the stretch of its shift.
     pub fn bound(&self) -> f32 {
         let unshifted: f32 = (0..self.terms as usize)
             .map(|k| {
