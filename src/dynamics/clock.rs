@@ -119,3 +119,66 @@ impl Clock {
         Turn { clock, starts, joints_before: before }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Mat4;
+
+    fn joints(x: f32) -> Vec<JointFrame> {
+        let matrix = Mat4::from_translation(glam::Vec3::X * x);
+        vec![JointFrame { matrix, real: glam::Vec4::W, stretch: Mat4::IDENTITY, ..JointFrame::default() }]
+    }
+
+    fn turns(clock: &mut Clock, time: f64) -> Turn {
+        clock.advance(time, &joints(time as f32), &DynamicsOptions::default())
+    }
+
+    #[test]
+    fn substeps_end_at_whole_multiples_at_every_frame_rate() {
+        for fps in [24.0, 25.0, 29.97, 30.0, 50.0, 60.0, 144.0, 500.0] {
+            let mut clock = Clock::default();
+            assert!(turns(&mut clock, 0.0).starts);
+            let mut sum = 0;
+            for frame in 1..=fps as u32 {
+                let time = f64::from(frame) / fps;
+                let turn = turns(&mut clock, time);
+                assert!(!turn.starts);
+                sum += turn.clock.turns;
+                // Where the joints were when the last substep ended, which is where they are straight on their way.
+                let at = clock.joints[0].matrix.w_axis.x;
+                let ended = f64::from(sum) / 240.0;
+                assert!((f64::from(at) - ended).abs() < 2e-6, "{fps}: {at} {ended}");
+                assert!(time - ended < 1.0 / 240.0 + 1e-9 && time - ended > -1e-5, "{fps}: {time} {ended}");
+            }
+        }
+    }
+
+    #[test]
+    fn motion_starts_at_rest_and_fades_in() {
+        let mut clock = Clock::default();
+        let start = turns(&mut clock, 2.0);
+        assert_eq!((start.clock.turns, start.clock.settling), (120, 120));
+        assert_eq!(StepClock { turn: 119, ..start.clock }.retention(), 0.0);
+        let first = turns(&mut clock, 2.0 + 1.0 / 30.0).clock;
+        assert_eq!((first.turns, first.retention()), (8, 0.0));
+        let full = 0.9f32.powf(0.25);
+        let last = StepClock { turn: 7, ..turns(&mut clock, 2.5).clock };
+        assert!(last.retention() < full && (0.2..0.5).contains(&(last.retention() / full)), "{}", last.retention());
+        let later = turns(&mut clock, 2.6).clock;
+        assert_eq!(StepClock { turn: 0, ..later }.retention(), full);
+    }
+
+    #[test]
+    fn what_is_no_motion_starts_anew() {
+        let mut clock = Clock::default();
+        turns(&mut clock, 1.0);
+        assert!(!turns(&mut clock, 1.0).starts, "the same moment again");
+        assert!(!turns(&mut clock, 2.0).starts, "a second later");
+        assert!(turns(&mut clock, 1.9).starts, "back");
+        assert!(turns(&mut clock, 3.5).starts, "far on");
+        clock.reset();
+        assert!(turns(&mut clock, 3.51).starts, "after a reset");
+        assert!(clock.advance(3.52, &[joints(0.0), joints(1.0)].concat(), &DynamicsOptions::default()).starts);
+    }
+}
