@@ -1,5 +1,5 @@
 // One muscle against its springs, neighbours, bones and skin, in one outer iteration. One workgroup per muscle of every
-// instance; a thread has two particles, and the two segments that begin at them.
+// instance; a thread has pairs of neighbouring particles, and the two segments that begin at each pair.
 
 @group(0) @binding(0) var<uniform> params: DynamicsParams;
 @group(0) @binding(1) var<storage, read> bodies: array<MuscleBody>;
@@ -12,13 +12,14 @@
 @group(0) @binding(8) var<storage, read_write> iterates: array<vec4<f32>>;
 
 override MOST_STIFFNESS: f32;
+override STRIDE: u32;
 
-fn loaded(work: Work, i: u32, scale: f32) -> Held {
+fn load(work: Work, i: u32, scale: f32) {
     let particle = particles[work.first + i];
     let size = iterates[work.read + 2u + 2u * i];
     at[i] = vec4<f32>(size.xyz, particle.velocity.w);
     pull[i] = vec4<f32>(particle.spring.xyz, particle.spring.w * scale);
-    return Held(
+    held[i] = Held(
         array<vec4<f32>, 4>(),
         particle.pushes,
         size.w,
@@ -39,23 +40,23 @@ fn gain_of(work: Work, j: u32) -> f32 {
 
 // New place and velocity: the displacement less what friction takes, and none below the deadband for a particle that
 // presses against a muscle.
-fn finish(work: Work, held: Held, i: u32) {
+fn finish(work: Work, i: u32) {
     var particle = particles[work.first + i];
     let from_carry = moved[work.place.joint + work.body.origin_joint].carry;
     let to_carry = moved[work.place.joint + work.body.insertion_joint].carry;
     let before = particle.position.xyz;
     let displaced =
-        math_transform_point(from_carry, before) * (1.0 - held.share) + math_transform_point(to_carry, before) * held.share;
+        math_transform_point(from_carry, before) * (1.0 - held[i].share) + math_transform_point(to_carry, before) * held[i].share;
     var relative = at[i].xyz - before - displaced;
     var now = at[i].xyz;
-    let pressed = held.pushes.x > 0.0 || held.pushes.y > 0.0;
+    let pressed = held[i].pushes.x > 0.0 || held[i].pushes.y > 0.0;
     if pressed && sqrt(math_dot(relative, relative)) < params.deadband {
         relative = vec3<f32>(0.0);
         now = before + displaced;
     }
     for (var kind = 0u; kind < 3u; kind++) {
-        let normal = held.planes[kind].xyz;
-        let depth = held.pushes[kind] * at[i].w;
+        let normal = held[i].planes[kind].xyz;
+        let depth = held[i].pushes[kind] * at[i].w;
         let along = relative - normal * math_dot(relative, normal);
         let way = sqrt(math_dot(along, along));
         if depth > 0.0 && way > 0.0 {
@@ -67,27 +68,41 @@ fn finish(work: Work, held: Held, i: u32) {
 }
 
 // The final contact passes; what one of them has not moved, the next one would not move either.
-fn settle(work: Work, held: ptr<function, Held>, i: u32) {
+fn settle(work: Work, i: u32) {
     for (var k = 0u; k < params.final_passes; k++) {
         let before = at[i].xyz;
-        hold_settle(work, held, i);
+        hold_settle(work, i);
         if all(at[i].xyz == before) {
             break;
         }
     }
 }
 
-fn store(work: Work, held: Held, i: u32, write: u32) {
-    iterates[write + 2u + 2u * i] = vec4<f32>(at[i].xyz, held.radius);
-    iterates[write + 3u + 2u * i] = iterates[work.read + 3u + 2u * i];
-    particles[work.first + i].spring = vec4<f32>(pull[i].xyz, particles[work.first + i].spring.w);
-    particles[work.first + i].pushes = held.pushes;
-    if params.ends_substep != 0u {
-        finish(work, held, i);
+// Both particles of a pair against their planes.
+fn hold_pair(i: u32, last: u32) {
+    for (var j = max(i, 1u); j < min(i + 2u, last); j++) {
+        if params.jacobi != 0u {
+            chain_hold_averaged(j);
+        } else {
+            chain_hold(j);
+        }
     }
 }
 
-@compute @workgroup_size(32)
+fn store(work: Work, i: u32, write: u32) {
+    if params.ends_substep != 0u && i > 0u && i < work.body.segments {
+        settle(work, i);
+    }
+    iterates[write + 2u + 2u * i] = vec4<f32>(at[i].xyz, held[i].radius);
+    iterates[write + 3u + 2u * i] = iterates[work.read + 3u + 2u * i];
+    particles[work.first + i].spring = vec4<f32>(pull[i].xyz, particles[work.first + i].spring.w);
+    particles[work.first + i].pushes = held[i].pushes;
+    if params.ends_substep != 0u {
+        finish(work, i);
+    }
+}
+
+@compute @workgroup_size(16)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
@@ -113,28 +128,25 @@ fn main(
     );
     let write = dynamics_run(instance, own, body.first_point, 1u - params.from_half);
     let scale = moved[joint + body.driver].scale;
-    let i0 = 2u * local;
-    let i1 = i0 + 1u;
-    var held_0 = Held();
-    var held_1 = Held();
-    if i0 <= body.segments {
-        held_0 = loaded(work, i0, scale);
-    }
-    if i1 <= body.segments {
-        held_1 = loaded(work, i1, scale);
+    let last = body.segments;
+    // Its pairs begin at `begin`, `begin + STRIDE` and so on.
+    let begin = 2u * local;
+    for (var i = begin; i <= last; i += STRIDE) {
+        load(work, i, scale);
+        if i < last {
+            load(work, i + 1u, scale);
+        }
     }
     workgroupBarrier();
-    if i0 < body.segments {
-        gains[i0] = gain_of(work, i0);
+    for (var i = begin; i < last; i += STRIDE) {
+        gains[i] = gain_of(work, i);
+        hold_planes(work, i);
+        if i + 1u < last {
+            gains[i + 1u] = gain_of(work, i + 1u);
+            hold_planes(work, i + 1u);
+        }
     }
-    if i1 < body.segments {
-        gains[i1] = gain_of(work, i1);
-    }
-    hold_planes(work, &held_0, i0);
-    hold_planes(work, &held_1, i1);
     workgroupBarrier();
-    let moves_0 = i0 > 0u && i0 < body.segments;
-    let moves_1 = i1 < body.segments;
     let radius_squared = iterates[work.read + 1u].w;
     var relaxation = 1.0;
     for (var k = 0u; k < 2u * params.done; k++) {
@@ -142,53 +154,43 @@ fn main(
     }
     for (var k = 0u; k < params.inner; k++) {
         if params.jacobi != 0u {
-            chain_average(i0, body.segments);
-            chain_average(i1, body.segments);
-            workgroupBarrier();
-            chain_apply(i0);
-            chain_apply(i1);
-            if moves_0 {
-                chain_hold_averaged(&held_0, i0);
+            for (var i = begin; i <= last; i += STRIDE) {
+                chain_average(i, last);
+                chain_average(min(i + 1u, last), last);
             }
-            if moves_1 {
-                chain_hold_averaged(&held_1, i1);
+            workgroupBarrier();
+            for (var i = begin; i <= last; i += STRIDE) {
+                chain_apply(i);
+                if i < last {
+                    chain_apply(i + 1u);
+                }
+                hold_pair(i, last);
             }
             workgroupBarrier();
         } else {
-            if i0 < body.segments {
-                chain_project(i0, relaxation);
+            for (var i = begin; i < last; i += STRIDE) {
+                chain_project(i, relaxation);
             }
             relaxation = chain_relaxation(relaxation, radius_squared);
             workgroupBarrier();
-            if moves_1 {
-                chain_project(i1, relaxation);
+            for (var i = begin + 1u; i < last; i += STRIDE) {
+                chain_project(i, relaxation);
             }
             relaxation = chain_relaxation(relaxation, radius_squared);
             workgroupBarrier();
-            if moves_0 {
-                chain_hold(&held_0, i0);
+            for (var i = begin; i < last; i += STRIDE) {
+                hold_pair(i, last);
             }
-            if moves_1 {
-                chain_hold(&held_1, i1);
-            }
-        }
-    }
-    if params.ends_substep != 0u {
-        if moves_0 {
-            settle(work, &held_0, i0);
-        }
-        if moves_1 {
-            settle(work, &held_1, i1);
         }
     }
     if local == 0u {
         iterates[write] = iterates[work.read];
         iterates[write + 1u] = iterates[work.read + 1u];
     }
-    if i0 <= body.segments {
-        store(work, held_0, i0, write);
-    }
-    if i1 <= body.segments {
-        store(work, held_1, i1, write);
+    for (var i = begin; i <= last; i += STRIDE) {
+        store(work, i, write);
+        if i < last {
+            store(work, i + 1u, write);
+        }
     }
 }

@@ -20,6 +20,8 @@ struct Held {
     share: f32,
 }
 
+var<workgroup> held: array<Held, 64>;
+
 // How much a segment's multiplier changes: to the tension that it would have alone, with everything else as it is.
 fn chain_change(j: u32) -> vec3<f32> {
     let mobility = at[j].w + at[j + 1u].w;
@@ -67,25 +69,25 @@ fn chain_apply(i: u32) {
 }
 
 // Projects a particle on its planes, one after the other. A plane takes back what it pushed too far, and never pulls.
-fn chain_hold(held: ptr<function, Held>, i: u32) {
+fn chain_hold(i: u32) {
     var p = at[i];
     for (var kind = 0u; kind < 4u; kind++) {
-        let plane = (*held).planes[kind];
+        let plane = held[i].planes[kind];
         let depth = plane.w - math_dot(plane.xyz, p.xyz);
-        let push = max((*held).pushes[kind] + depth / p.w, 0.0);
-        p = vec4<f32>(p.xyz + plane.xyz * ((push - (*held).pushes[kind]) * p.w), p.w);
-        (*held).pushes[kind] = push;
+        let push = max(held[i].pushes[kind] + depth / p.w, 0.0);
+        p = vec4<f32>(p.xyz + plane.xyz * ((push - held[i].pushes[kind]) * p.w), p.w);
+        held[i].pushes[kind] = push;
     }
     at[i] = p;
 }
 
 // All planes of a particle from the same state, averaged.
-fn chain_hold_averaged(held: ptr<function, Held>, i: u32) {
+fn chain_hold_averaged(i: u32) {
     let p = at[i];
-    var pushes = (*held).pushes;
+    var pushes = held[i].pushes;
     var count = 0.0;
     for (var kind = 0u; kind < 4u; kind++) {
-        let plane = (*held).planes[kind];
+        let plane = held[i].planes[kind];
         let depth = plane.w - math_dot(plane.xyz, p.xyz);
         let next = max(pushes[kind] + depth / p.w, 0.0);
         count += select(0.0, 1.0, next != pushes[kind]);
@@ -96,17 +98,17 @@ fn chain_hold_averaged(held: ptr<function, Held>, i: u32) {
     }
     var moved_by = vec3<f32>(0.0);
     for (var kind = 0u; kind < 4u; kind++) {
-        let change = (pushes[kind] - (*held).pushes[kind]) / count;
-        moved_by += (*held).planes[kind].xyz * (change * p.w);
-        (*held).pushes[kind] += change;
+        let change = (pushes[kind] - held[i].pushes[kind]) / count;
+        moved_by += held[i].planes[kind].xyz * (change * p.w);
+        held[i].pushes[kind] += change;
     }
     at[i] = vec4<f32>(p.xyz + moved_by, p.w);
 }
 
 // Pushes a particle out of a contact by its depth.
-fn chain_push(held: ptr<function, Held>, i: u32, kind: u32, normal: vec3<f32>, depth: f32) {
+fn chain_push(i: u32, kind: u32, normal: vec3<f32>, depth: f32) {
     if depth > 0.0 {
         at[i] = vec4<f32>(at[i].xyz + normal * depth, at[i].w);
-        (*held).pushes[kind] += depth / at[i].w;
+        held[i].pushes[kind] += depth / at[i].w;
     }
 }

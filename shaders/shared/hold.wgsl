@@ -42,8 +42,8 @@ fn hold_follow(work: Work, particle: Particle, contact: vec4<f32>, index: u32, p
 }
 
 // Planes against the two muscles that a particle is deepest in or nearest to, in the order of the links.
-fn hold_peers(work: Work, held: ptr<function, Held>, i: u32, p: vec3<f32>) {
-    if (*held).clear < 1.0 || (work.kinds & HOLD_MUSCLES) == 0u {
+fn hold_peers(work: Work, i: u32, p: vec3<f32>) {
+    if held[i].clear < 1.0 || (work.kinds & HOLD_MUSCLES) == 0u {
         return;
     }
     var first = touch_none();
@@ -53,10 +53,10 @@ fn hold_peers(work: Work, held: ptr<function, Held>, i: u32, p: vec3<f32>) {
     for (var k = work.body.peers_begin; k < work.body.skins_begin; k++) {
         let index = links[k].index;
         let run = dynamics_run(work.place.instance, index, bodies[index].first_point, params.from_half);
-        if any(p + (*held).radius < iterates[run].xyz) || any(p - (*held).radius > iterates[run + 1u].xyz) {
+        if any(p + held[i].radius < iterates[run].xyz) || any(p - held[i].radius > iterates[run + 1u].xyz) {
             continue;
         }
-        let found = touch_axis(run + 2u, bodies[index].segments, p, (*held).radius);
+        let found = touch_axis(run + 2u, bodies[index].segments, p, held[i].radius);
         if found.w < first.w {
             second = first;
             second_link = first_link;
@@ -85,17 +85,17 @@ fn hold_peers(work: Work, held: ptr<function, Held>, i: u32, p: vec3<f32>) {
     particles[work.first + i].traits.w = select(f32(links[second_link].index) + 1.0, 0.0, second.w == TOUCH_NOTHING);
     particles[work.first + i].peer_0 = touch_rest(planes[0], driver);
     particles[work.first + i].peer_1 = touch_rest(planes[1], driver);
-    (*held).planes[0] = planes[0];
-    (*held).planes[1] = planes[1];
+    held[i].planes[0] = planes[0];
+    held[i].planes[1] = planes[1];
 }
 
-fn hold_bone(work: Work, held: Held, p: vec3<f32>) -> vec4<f32> {
+fn hold_bone(work: Work, i: u32, p: vec3<f32>) -> vec4<f32> {
     var deepest = touch_none();
     if (work.kinds & HOLD_BONES) == 0u {
         return deepest;
     }
     for (var k = work.body.bones_begin; k < work.body.peers_begin; k++) {
-        let found = touch_bone(work.place, links[k], p, held.radius, held.clear, held.share);
+        let found = touch_bone(work.place, links[k], p, held[i].radius, held[i].clear, held[i].share);
         if found.w < deepest.w {
             deepest = found;
         }
@@ -103,36 +103,36 @@ fn hold_bone(work: Work, held: Held, p: vec3<f32>) -> vec4<f32> {
     return deepest;
 }
 
-fn hold_skin(work: Work, held: Held, p: vec3<f32>) -> vec4<f32> {
-    if held.clear < 1.0 || (work.kinds & HOLD_SKIN) == 0u || work.body.skins_begin == work.body.links_end {
+fn hold_skin(work: Work, i: u32, p: vec3<f32>) -> vec4<f32> {
+    if held[i].clear < 1.0 || (work.kinds & HOLD_SKIN) == 0u || work.body.skins_begin == work.body.links_end {
         return touch_none();
     }
-    let refuge = at[0].xyz * (1.0 - held.share) + at[work.body.segments].xyz * held.share;
+    let refuge = at[0].xyz * (1.0 - held[i].share) + at[work.body.segments].xyz * held[i].share;
     return touch_skin(work.place, work.body.skins_begin, work.body.links_end, p, refuge);
 }
 
-fn hold_planes(work: Work, held: ptr<function, Held>, i: u32) {
+fn hold_planes(work: Work, i: u32) {
     if i == 0u || i >= work.body.segments {
         return;
     }
     let p = at[i].xyz;
-    hold_peers(work, held, i, p);
-    (*held).planes[2] = touch_plane(hold_bone(work, *held, p), p);
-    (*held).planes[3] = touch_plane(hold_skin(work, *held, p), p);
+    hold_peers(work, i, p);
+    held[i].planes[2] = touch_plane(hold_bone(work, i, p), p);
+    held[i].planes[3] = touch_plane(hold_skin(work, i, p), p);
 }
 
 // One contact pass: the neighbour as found before, every bone and the skin as they are.
-fn hold_settle(work: Work, held: ptr<function, Held>, i: u32) {
+fn hold_settle(work: Work, i: u32) {
     for (var kind = 0u; kind < 2u; kind++) {
-        let plane = (*held).planes[kind];
-        chain_push(held, i, kind, plane.xyz, plane.w - math_dot(plane.xyz, at[i].xyz));
+        let plane = held[i].planes[kind];
+        chain_push(i, kind, plane.xyz, plane.w - math_dot(plane.xyz, at[i].xyz));
     }
     if (work.kinds & HOLD_BONES) != 0u {
         for (var k = work.body.bones_begin; k < work.body.peers_begin; k++) {
-            let found = touch_bone(work.place, links[k], at[i].xyz, (*held).radius, (*held).clear, (*held).share);
-            chain_push(held, i, 2u, found.xyz, -found.w);
+            let found = touch_bone(work.place, links[k], at[i].xyz, held[i].radius, held[i].clear, held[i].share);
+            chain_push(i, 2u, found.xyz, -found.w);
         }
     }
-    let found = hold_skin(work, *held, at[i].xyz);
-    chain_push(held, i, 3u, found.xyz, -found.w);
+    let found = hold_skin(work, i, at[i].xyz);
+    chain_push(i, 3u, found.xyz, -found.w);
 }

@@ -7,16 +7,19 @@ use crate::{
     schedule::KernelId,
 };
 
+/// A thread has a pair of particles of the usual 30, and two pairs of the most, 64: software adapters run eight threads at
+/// once and pay for those that have nothing to do.
+const THREADS: u32 = 16;
+
 pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleProject,
     stem: "muscle_project",
     source: include_str!("../../shaders/kernels/muscle_project.wgsl"),
     parts: &[source::MATH, source::RUN, source::GRID, source::TOUCH, source::CHAIN, source::HOLD],
     structs: STRUCTS,
-    constants: &[("MOST_STIFFNESS", predict::MOST_STIFFNESS as f64)],
+    constants: &[("MOST_STIFFNESS", predict::MOST_STIFFNESS as f64), ("STRIDE", 2.0 * THREADS as f64)],
     bindings: BINDINGS,
-    // A thread has two of at most 64 particles.
-    workgroup: 32,
+    workgroup: THREADS,
     items_per_workgroup: 1,
     twin: "dynamics::project::project",
 };
