@@ -122,7 +122,7 @@ fn gpu(group: &mut BenchmarkGroup<'_, WallTime>, device: &Device, name: &str, ca
     let options_of_frame = FrameOptions { dynamics: Some(*options), ..FrameOptions::default() };
     batch.set_options(&headless.queue, &options_of_frame);
     let mut frame = 0u64;
-    let mut next = || {
+    let mut next = |batch: &mut Batch| {
         batch.set_pose(&headless.queue, 0, &at(case, frame)).expect("a pose of the rig's own");
         frame += 1;
         let start = Instant::now();
@@ -134,12 +134,22 @@ fn gpu(group: &mut BenchmarkGroup<'_, WallTime>, device: &Device, name: &str, ca
         headless.wait().expect("the device keeps up");
         start.elapsed()
     };
-    next();
+    next(&mut batch);
+    for kernel in [KernelId::JointStep, KernelId::MusclePredict, KernelId::MuscleProject] {
+        let alone = (0..10u32).map(|k| {
+            batch.set_pose(&headless.queue, 0, &at(case, 100 + u64::from(k))).expect("a pose of the rig's own");
+            let start = Instant::now();
+            headless.submit(|encoder| batch.encode_where(encoder, None, |s| s.kernel == kernel));
+            headless.wait().expect("the device keeps up");
+            start.elapsed()
+        });
+        println!("gpu, {name}: {kernel:?} alone {:?}", alone.min().unwrap_or_default());
+    }
     group.throughput(Throughput::Elements(case.projections(options)));
     group.bench_function(
         BenchmarkId::new(format!("gpu, {name}"), format!("{}x{}", case.muscles, case.particles)),
         |b| {
-            b.iter_custom(|count| (0..count).map(|_| next()).sum::<Duration>());
+            b.iter_custom(|count| (0..count).map(|_| next(&mut batch)).sum::<Duration>());
         },
     );
 }
