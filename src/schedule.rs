@@ -96,7 +96,7 @@ pub struct DynamicsOptions {
     /// Coefficient of friction with bones and muscles.
     pub friction: f32,
     /// How far a plane between two muscles may be off before it follows them, metres: it brings muscles that press against
-    /// one another to rest, for an overlap of up to twice as much. 0 is off.
+    /// one another to rest, for an overlap of two to three times as much. 0 is off.
     pub play: f32,
     /// Displacement relative to the bones under which a particle that presses against a muscle stays where it is in a
     /// substep, metres; 0 is off.

@@ -7,8 +7,7 @@ use crate::{
     schedule::KernelId,
 };
 
-/// A thread has a pair of particles of the usual 30, and two pairs of the most, 64: software adapters run eight threads at
-/// once and pay for those that have nothing to do.
+/// A thread has one pair of the usual 30 particles, and two of the most, 64.
 const THREADS: u32 = 16;
 
 pub(super) const KERNEL: Kernel = Kernel {
