@@ -184,6 +184,7 @@ impl Crowd {
             vertices: 0,
             muscles: self.muscles.len() as u32,
             points: self.points() as u32,
+            most_segments: self.muscles.iter().map(|m| m.segments).max().unwrap_or(0),
             groups: self.grids.len() as u32,
         };
         DynamicsParams::new(&counts, self.instances as u32, JOINTS as u32, options, outer)

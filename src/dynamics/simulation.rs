@@ -136,6 +136,7 @@ impl Simulation {
             vertices: 0,
             muscles: self.bodies.muscles.len() as u32,
             points: self.particles.len() as u32,
+            most_segments: self.bodies.muscles.iter().map(|m| m.segments).max().unwrap_or(0),
             groups: skins.grids.len() as u32,
         };
         let joints = inputs.joints.len() as u32;

@@ -343,6 +343,7 @@ fn counts(rig: &RigBuffers) -> Counts {
         vertices: rig.rig.character.vertex_count() as u32,
         muscles: rig.rig.muscles.len() as u32,
         points: rig.rig.point_count,
+        most_segments: rig.rig.most_segments(),
         groups: rig.rig.grids.len() as u32,
     }
 }

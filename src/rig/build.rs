@@ -203,6 +203,11 @@ impl Rig {
         self.muscles.iter().flat_map(of).collect()
     }
 
+    /// Segments of the axis that has most of them.
+    pub fn most_segments(&self) -> u32 {
+        self.muscles.iter().map(|muscle| muscle.segments).max().unwrap_or(0)
+    }
+
     /// Length of each muscle's straight axis in a pose over its length at rest, the mean over its fibres, in the order of
     /// `specs`: what length drivers read. Joints that the pose lacks leave a ratio at 1.
     pub fn axis_ratios(&self, pose: &Pose) -> Vec<f32> {
