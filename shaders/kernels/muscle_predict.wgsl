@@ -11,7 +11,9 @@
 @group(0) @binding(7) var<storage, read_write> clocks: array<StepClock>;
 
 override PI: f32;
+override TAU: f32;
 override STRETCH: f32;
+override MOST_PHASE_SQUARED: f32;
 override NOMINAL_STIFFNESS: f32;
 override RATE: f32;
 override JIGGLE_RATE: f32;
@@ -39,7 +41,9 @@ fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
         hertz = frequency(input.stiffness, params.frequency);
     }
     let cycles = hertz * params.seconds;
-    let compliance = STRETCH / (4.0 * body.insertion.w * cycles * cycles * segments);
+    let squared = min(TAU * TAU * cycles * cycles, MOST_PHASE_SQUARED);
+    let quick = cycles * (15.0 - squared) / (15.0 - 6.0 * squared);
+    let compliance = STRETCH / (4.0 * body.insertion.w * quick * quick * segments);
     let angle = PI / segments;
     let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
     let radius = cosine * 2.0 * body.looseness / (2.0 * body.looseness + compliance);

@@ -1,6 +1,6 @@
 //! What of muscles and bones does not change while they move: masses, rest lengths, who can touch whom.
 
-use super::{Particle, contact::nearest_on_segment, kinds};
+use super::{Particle, contact::nearest_on_segment, kinds, predict::compliance};
 use crate::{
     field::{
         GroupGrid, grid,
@@ -23,8 +23,8 @@ const MASS_FLOOR: f32 = 0.3;
 const TENDON_STIFFNESS: f32 = 10.0;
 /// Most bones and groups that one muscle can touch.
 const MOST_LINKS: usize = 8;
-/// Frequency, hertz, and substeps per second at which a muscle's looseness is taken.
-const NOMINAL: (f64, f64) = (12.0, 240.0);
+/// Swings per substep at which a muscle's looseness is taken: 12 Hz at 240 substeps a second.
+const NOMINAL_CYCLES: f32 = 0.05;
 
 crate::gpu_struct! {
     /// A muscle as the dynamics hold it.
@@ -231,8 +231,7 @@ pub(super) fn particles(rest: &MuscleRest, spec: &MuscleSpec, axis: &[AxisPoint]
 /// segments, is that over this chain at 12 Hz and 240 substeps a second, whose compliance is `a` (by power iteration).
 fn looseness(mass: f32, particles: &[Particle]) -> f32 {
     let n = particles.len() - 1;
-    let (frequency, rate) = NOMINAL;
-    let compliance = rate * rate * 0.98 / (4.0 * f64::from(mass) * frequency * frequency * n as f64);
+    let compliance = f64::from(compliance(mass, n as f32, NOMINAL_CYCLES));
     let mobility: Vec<f64> = particles.iter().map(|p| f64::from(p.velocity.w)).collect();
     let diagonal: Vec<f64> =
         (0..n).map(|j| mobility[j] + mobility[j + 1] + compliance / f64::from(particles[j].traits.y)).collect();
