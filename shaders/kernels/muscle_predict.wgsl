@@ -14,6 +14,7 @@ override PI: f32;
 override TAU: f32;
 override STRETCH: f32;
 override MOST_PHASE_SQUARED: f32;
+override MOST_WAY: f32;
 override NOMINAL_STIFFNESS: f32;
 override RATE: f32;
 override JIGGLE_RATE: f32;
@@ -145,7 +146,9 @@ fn main(
         } else if i == last {
             place = insertion;
         } else if !carries {
-            place = carried + (particle.velocity.xyz * params.seconds - displaced) * retention;
+            // No farther than that: it would leap over a bone.
+            let relative = (particle.velocity.xyz * params.seconds - displaced) * retention;
+            place = carried + relative * min(MOST_WAY * width / max(sqrt(math_dot(relative, relative)), 1e-9), 1.0);
         }
         let radius = width * profile_shifted(input.factors, input.exponents, input.terms, shift, share).x;
         particle.position.w = radius;

@@ -3,6 +3,7 @@
 mod arm;
 mod elastic;
 mod rest;
+mod shake;
 
 use super::*;
 use crate::field::muscle::{AxisPoint, MuscleInput, MuscleRest, Profile, straighten};
