@@ -4,6 +4,7 @@ mod arm;
 mod elastic;
 mod rest;
 mod shake;
+mod volume;
 
 use super::*;
 use crate::field::muscle::{AxisPoint, MuscleInput, MuscleRest, Profile, straighten};
