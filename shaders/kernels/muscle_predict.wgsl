@@ -148,7 +148,8 @@ fn main(
         } else if !carries {
             // No farther than that: it would leap over a bone.
             let relative = (particle.velocity.xyz * params.seconds - displaced) * retention;
-            place = carried + relative * min(MOST_WAY * width / max(sqrt(math_dot(relative, relative)), 1e-9), 1.0);
+            let way = max(sqrt(math_dot(relative, relative)), 1e-9);
+            place = carried + relative * select(min(MOST_WAY * width / way, 1.0), 1.0, params.pbd != 0u);
         }
         let radius = width * profile_shifted(input.factors, input.exponents, input.terms, shift, share).x;
         particle.position.w = radius;

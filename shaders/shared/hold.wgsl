@@ -3,6 +3,7 @@
 override HOLD_BONES: u32;
 override HOLD_MUSCLES: u32;
 override HOLD_SKIN: u32;
+override HOLD_LEAST_TURN: f32;
 
 fn hold_bone(bone: TouchBone, bead: Bead) -> vec4<f32> {
     return touch_bone(bone, bead.p, bead.radius, bead.clear, bead.share);
@@ -81,29 +82,37 @@ fn hold_push_peers(start: Bead) -> Bead {
     return chain_push(bead, second.xyz, second.w - math_dot(second.xyz, bead.p), vec4<f32>(0.0, 1.0, 0.0, 0.0));
 }
 
-fn hold_push_bone(bone: TouchBone, bead: Bead) -> Bead {
-    let found = hold_bone(bone, bead);
+fn hold_push_bone(found: vec4<f32>, bead: Bead) -> Bead {
     return chain_push(bead, found.xyz, -found.w, vec4<f32>(0.0, 0.0, 1.0, 0.0));
 }
 
-fn hold_push_skin(found: vec4<f32>, bead: Bead) -> Bead {
-    return chain_push(bead, found.xyz, -found.w, vec4<f32>(0.0, 0.0, 0.0, 1.0));
+// Along a bone that the particle has just left.
+fn hold_push_skin(found: vec4<f32>, bone: vec3<f32>, bead: Bead) -> Bead {
+    let facing = min(math_dot(found.xyz, bone), 0.0);
+    let way = (found.xyz - bone * facing) * (1.0 / max(1.0 - facing * facing, HOLD_LEAST_TURN));
+    return chain_push(bead, way, -found.w, vec4<f32>(0.0, 0.0, 0.0, 1.0));
 }
 
 // One contact pass: the neighbours as found before, every bone and the skin as they are.
 fn hold_pass(work: Work, start: Pair) -> Pair {
     var pair = Pair(hold_push_peers(start.first), hold_push_peers(start.second));
+    var touched_0 = vec3<f32>(0.0);
+    var touched_1 = touched_0;
     if (work.kinds & HOLD_BONES) != 0u {
         for (var k = work.body.bones_begin; k < work.body.peers_begin; k++) {
             let bone = touch_bone_of(work.place, links[k]);
-            pair.first = hold_push_bone(bone, pair.first);
-            pair.second = hold_push_bone(bone, pair.second);
+            let found_0 = hold_bone(bone, pair.first);
+            let found_1 = hold_bone(bone, pair.second);
+            touched_0 = select(touched_0, found_0.xyz, found_0.w < 0.0);
+            touched_1 = select(touched_1, found_1.xyz, found_1.w < 0.0);
+            pair.first = hold_push_bone(found_0, pair.first);
+            pair.second = hold_push_bone(found_1, pair.second);
         }
     }
     if (work.kinds & HOLD_SKIN) != 0u {
         let skins = hold_skins(work, pair);
-        pair.first = hold_push_skin(skins.first, pair.first);
-        pair.second = hold_push_skin(skins.second, pair.second);
+        pair.first = hold_push_skin(skins.first, touched_0, pair.first);
+        pair.second = hold_push_skin(skins.second, touched_1, pair.second);
     }
     return pair;
 }

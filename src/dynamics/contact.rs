@@ -60,6 +60,16 @@ pub(crate) const FACING: f32 = 0.99;
 /// See [`FACING`].
 pub(crate) const TURN: f32 = 0.2;
 
+/// The way out of a contact whose normal is given that goes along another one, where it would lead into that one: a
+/// particle between a bone and the skin is in neither after few passes.
+pub(super) fn along(normal: Vec3, other: Vec3) -> Vec3 {
+    let facing = normal.dot(other).min(0.0);
+    (normal - other * facing) * (1.0 / (1.0 - facing * facing).max(LEAST_TURN))
+}
+
+/// Square of the sine of the angle between two normals from which on the way along one is that long.
+pub(crate) const LEAST_TURN: f32 = 0.1;
+
 /// A plane brought from scene space at rest of a joint to posed scene space, its normal of length one.
 pub(super) fn posed(plane: &Plane, joint: &MovedJoint) -> Plane {
     let normal = transpose_vector(&joint.to_rest, plane.xyz());

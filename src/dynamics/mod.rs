@@ -35,7 +35,7 @@ mod simulation;
 #[cfg(feature = "gpu")]
 pub(crate) use {
     chain::{JACOBI_SHARE, NO_DIRECTION},
-    contact::{FACING, TURN},
+    contact::{FACING, LEAST_TURN, TURN},
 };
 
 pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};

@@ -51,7 +51,8 @@ pub(super) fn compliance(mass: f32, segments: f32, cycles: f32) -> f32 {
 /// [`axis::half`](crate::field::muscle::axis::half).
 ///
 /// `moved` are the instance's joints; `axis` the muscle's as last shaped, or at rest, `own` and `iterates` the muscle's.
-/// No particle moves on by more than [`MOST_WAY`] of the muscle's width: it would leap over a bone.
+/// No particle moves on by more than [`MOST_WAY`] of the muscle's width: it would leap over a bone. In `pbd` mode, whose
+/// steps are four times as long, it moves as far as in the paper.
 ///
 /// Where the joints carry, particles and their velocities stay as they are. The first particle keeps the state of the
 /// jiggle along the axis.
@@ -105,7 +106,8 @@ pub fn predict(
             carried
         } else {
             let relative = (own[i].velocity.xyz() * params.seconds - displaced) * driver.retention;
-            carried + relative * (MOST_WAY * width / relative.length().max(1e-9)).min(1.0)
+            let way = if params.pbd != 0 { f32::MAX } else { MOST_WAY * width };
+            carried + relative * (way / relative.length().max(1e-9)).min(1.0)
         };
         let radius = width * shape.at(share).0;
         own[i].position.w = radius;

@@ -210,12 +210,16 @@ impl<'a> Held<'a> {
             let depth = plane.w - plane.xyz().dot(chain.at[i]);
             push(chain, i, kind, plane.xyz(), depth);
         }
+        let mut touched = Vec3::ZERO;
         for link in self.bones {
             let found = self.bone(link, i, chain.at[i]);
+            if found.distance < 0.0 {
+                touched = found.normal;
+            }
             push(chain, i, BONE, found.normal, -found.distance);
         }
         let found = self.within(i, chain.at[i]);
-        push(chain, i, WITHIN, found.normal, -found.distance);
+        push(chain, i, WITHIN, contact::along(found.normal, touched), -found.distance);
     }
 }
 

@@ -9,7 +9,7 @@ use glam::{Mat3, Vec3, Vec4Swizzles};
 use rayon::prelude::*;
 
 /// Edge of the cells that volumes are counted in, metres.
-const CELL: f32 = 2.5e-3;
+const CELL: f32 = 1.8e-3;
 
 /// Volume inside the surface of a muscle's field, cubic metres: cells that the surface cuts count by its distance from
 /// their middle. A muscle's mesh would not do where its sections turn quickly: its triangles cut them short.
