@@ -90,6 +90,7 @@ fn every_figure_is_drawn_and_says_what_was_measured() {
     assert!(value("14", "largest movement of the skin") > 4.0);
     assert!(value("2", "biceps flexed: deviation of its volume").abs() < 1.0);
     assert!(value("8", "bone: gap at the particle shown").abs() < 0.2);
-    assert!(value("15", "rise of the biceps' surface") >= 8.0);
+    assert!(value("15", "rise of the biceps' surface by the bone") >= 8.0);
+    assert!(value("15", "largest bulge of the skin over the biceps: ratio") >= 1.5);
     assert!(value("T3", "Arm shake, compliance, red-black, with collisions: CPU") > 0.0);
 }

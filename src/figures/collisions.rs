@@ -1,4 +1,7 @@
 //! Figure 15: the bent arm without muscles, with muscles that pass through bones, and with muscles that bones hold off.
+//!
+//! The built-in arm's skin was made round muscles whose axes are straight, through bones. Where the dynamics settle the
+//! muscles at rest, bones have raised them there already, and the same skin is to lie under them: the last column.
 
 use super::actor::{Actor, Seen, camera};
 use super::motion::{BICEPS, away, flexed, humerus, muscle};
@@ -13,8 +16,15 @@ use crate::schedule::{Contacts, DynamicsOptions};
 use glam::{Vec3, Vec4Swizzles};
 use std::sync::Arc;
 
-const PANEL: [u32; 2] = [470, 470];
-const TITLES: [&str; 3] = ["Implicit Skinning alone", "Muscles without collisions", "Muscles and bones collide"];
+const PANEL: [u32; 2] = [430, 440];
+const TITLES: [&str; 4] = [
+    "Implicit Skinning alone",
+    "Muscles without collisions",
+    "Muscles and bones collide",
+    "They collide, and have settled at rest",
+];
+/// The three columns with muscles, in the findings.
+const CASES: [&str; 3] = ["without collisions", "with collisions", "with collisions, settled at rest"];
 /// Cosine of the angle round the bone within which skin is over the biceps.
 const OVER: f32 = 0.8;
 /// Shares of the humerus's length between which it is over the belly, above the fold of the elbow.
@@ -33,16 +43,17 @@ fn farthest(own: &[Particle], line: [Vec3; 2]) -> (f32, Vec3) {
     })
 }
 
-/// How far vertices over a muscle's belly stand out of the skin without muscles, along its normals, metres: on the side of
-/// the line to which the muscle lies.
-fn bulge(bare: &Seen, skin: &[Vec3], line: [Vec3; 2], toward: Vec3) -> Vec<f32> {
+/// How far vertices over a muscle's belly stand out of the skin without muscles, along its normals, metres: of those that
+/// `on_bone` has, the ones on the side of the line to which the muscle lies.
+fn bulge(bare: &Seen, skin: &[Vec3], on_bone: impl Fn(usize) -> bool, line: [Vec3; 2], toward: Vec3) -> Vec<f32> {
     let span = line[1] - line[0];
-    let places = bare.positions.iter().zip(&bare.normals).zip(skin);
+    let places = bare.positions.iter().zip(&bare.normals).zip(skin).enumerate();
     let over = |p: Vec3| {
         let along = (p - line[0]).dot(span) / span.length_squared();
         away(line, p).normalize_or_zero().dot(toward) > OVER && BELLY.contains(&along)
     };
-    places.filter(|((p, _), _)| over(**p)).map(|((p, normal), moved)| (*moved - *p).dot(*normal)).collect()
+    let chosen = places.filter(|(v, ((p, _), _))| on_bone(*v) && over(**p));
+    chosen.map(|(_, ((p, normal), moved))| (*moved - *p).dot(*normal)).collect()
 }
 
 /// The figure.
@@ -52,11 +63,12 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
     let (last, before) = poses.split_last().ok_or_else(lacks)?;
     let index = muscle(&arm.rig, BICEPS).ok_or_else(lacks)?;
     let (line, bone) = humerus(&arm.rig, last).ok_or_else(lacks)?;
+    let joint = arm.rig.muscles[index].origin_joint;
     let bare = Arc::new(Rig::build(arm.rig.character.clone(), &[], &BuildOptions::default())?);
     let studio = Studio::new(headless, PANEL[0], PANEL[1])?;
     let camera = camera(&arm.rig, &[last], studio.aspect())?;
-    let cases =
-        [(&bare, None), (&arm.rig, Some(without_collisions())), (&arm.settled, Some(DynamicsOptions::default()))];
+    let moving = Some(DynamicsOptions::default());
+    let cases = [(&bare, None), (&arm.rig, Some(without_collisions())), (&arm.rig, moving), (&arm.settled, moving)];
     let rest = &arm.rig.muscles[index];
     let own = |seen: &Seen| seen.particles[rest.first_point as usize..][..=rest.segments as usize].to_vec();
     let mut stretched = Vec::new();
@@ -77,16 +89,17 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
         rows[1].push(actor.draw(&camera, last, &frame, View::Xray)?);
         seen.push(frame);
     }
-    let [(low, _), (high, toward)] = [1, 2].map(|case| farthest(&own(&seen[case]), line));
-    let [without, with] = [1, 2].map(|case| bulge(&seen[0], &seen[case].positions, line, toward));
-    let rises = Rises {
-        flexed: [low, high],
-        stretched: [stretched[0], stretched[1]],
-        bone,
-        bulges: [&without, &with].map(|b| mean(b)),
+    let (_, toward) = farthest(&own(&seen[2]), line);
+    let flexed = [1, 2, 3].map(|case| farthest(&own(&seen[case]), line).0);
+    // The bent forearm lies on the same side of the humerus.
+    let of_upper_arm = |v: usize| arm.rig.character.influences_of(v).iter().any(|i| i.joint == joint && i.weight > 0.5);
+    let bulges = [1, 2, 3].map(|case| bulge(&seen[0], &seen[case].positions, of_upper_arm, line, toward));
+    let note = |case: usize| {
+        let [surface, skin] = [flexed[case], mean(&bulges[case])].map(|metres| metres * 1000.0);
+        format!("biceps {surface:.1} mm from the humerus's axis; skin {skin:+.1} mm")
     };
-    let note = |height: f32| format!("biceps' surface {:.1} mm from the humerus's axis", height * 1000.0);
-    let notes = [String::new(), note(low), note(high)];
+    let notes = [String::new(), note(0), note(1), note(2)];
+    let rises = Rises { flexed, stretched, bone, bulges };
     Ok(Drawn { image: sheet(&TITLES, &rows, &notes)?.finish(), findings: rises.findings() })
 }
 
@@ -94,39 +107,38 @@ fn mean(values: &[f32]) -> f32 {
     values.iter().sum::<f32>() / values.len().max(1) as f32
 }
 
-/// How far the biceps and the skin over it rise, metres; in pairs, without collisions and with them.
+/// How far the biceps and the skin over it rise, metres, in the three cases.
 struct Rises {
     /// Largest distance of the muscle's surface from the humerus's axis, flexed.
-    flexed: [f32; 2],
+    flexed: [f32; 3],
     /// The same with the arm stretched and nothing activated.
-    stretched: [f32; 2],
+    stretched: Vec<f32>,
     /// Radius of the humerus.
     bone: f32,
-    /// Mean distance of the skin over the muscle from the skin without muscles.
-    bulges: [f32; 2],
+    /// Distances of the skin over the muscle from the skin without muscles.
+    bulges: [Vec<f32>; 3],
 }
 
 impl Rises {
-    /// What "raised so many times" can mean, all of it.
+    /// What "raised so many times" can mean, all of it; ratios are those of the first two cases.
     fn findings(&self) -> Vec<Finding> {
-        let [low, high] = self.flexed;
-        let millimetres = |name: &str, metres: f32| Finding::new(name, f64::from(metres) * 1000.0, "mm");
-        let ratio = |name: &str, [low, high]: [f32; 2]| Finding::new(name, f64::from(high / low.max(1e-9)), "");
-        let swelling = [0, 1].map(|case| self.flexed[case] - self.stretched[case]);
-        let mut findings = vec![
-            millimetres("biceps' surface from the humerus's axis, without collisions", low),
-            millimetres("biceps' surface from the humerus's axis, with collisions", high),
-            millimetres("rise of the biceps' surface", high - low),
-            ratio("ratio of its distances from the axis", self.flexed),
-            ratio("ratio of its heights over the humerus's surface", self.flexed.map(|height| height - self.bone)),
-            ratio("ratio of its rises from the stretched arm", swelling),
-            ratio("ratio of the skin's mean bulges over the skin without muscles", self.bulges),
-        ];
-        for (case, name) in ["without collisions", "with collisions"].into_iter().enumerate() {
-            findings.push(millimetres(&format!("rise of the surface from the stretched arm, {name}"), swelling[case]));
-            let bulge = format!("mean bulge of the skin over the biceps, {name}");
-            findings.push(millimetres(&bulge, self.bulges[case]));
-        }
+        let mut findings = Vec::new();
+        let mut add = |name: String, values: [f32; 3]| {
+            for (value, case) in values.into_iter().zip(CASES) {
+                findings.push(Finding::new(format!("{name}, {case}"), f64::from(value) * 1000.0, "mm"));
+            }
+            let ratio = f64::from(values[1] / values[0].max(1e-9));
+            findings.push(Finding::new(format!("{name}: ratio"), ratio, ""));
+        };
+        let swelling = [0, 1, 2].map(|i| self.flexed[i] - self.stretched.get(i).copied().unwrap_or_default());
+        let most = |values: &Vec<f32>| values.iter().copied().fold(0.0, f32::max);
+        add("biceps' surface from the humerus's axis".into(), self.flexed);
+        add("biceps' surface from the humerus's surface".into(), self.flexed.map(|height| height - self.bone));
+        add("rise of the biceps' surface from the stretched arm".into(), swelling);
+        add("mean bulge of the skin over the biceps".into(), self.bulges.each_ref().map(|b| mean(b)));
+        add("largest bulge of the skin over the biceps".into(), self.bulges.each_ref().map(most));
+        let rise = f64::from(self.flexed[1] - self.flexed[0]) * 1000.0;
+        findings.push(Finding::new("rise of the biceps' surface by the bone", rise, "mm"));
         findings
     }
 }
@@ -160,14 +172,16 @@ mod tests {
     #[test]
     fn a_bulge_counts_over_the_muscle_alone() {
         let bare = Seen {
-            positions: vec![Vec3::new(0.05, 0.15, 0.0), Vec3::new(-0.05, 0.15, 0.0), Vec3::new(0.05, 0.25, 0.0)],
-            normals: vec![Vec3::X, Vec3::NEG_X, Vec3::X],
+            positions: [[0.05, 0.15], [-0.05, 0.15], [0.05, 0.25], [0.05, 0.15]]
+                .map(|[x, y]| Vec3::new(x, y, 0.0))
+                .to_vec(),
+            normals: vec![Vec3::X, Vec3::NEG_X, Vec3::X, Vec3::X],
             muscles: Vec::new(),
             axes: Vec::new(),
             particles: Vec::new(),
         };
         let moved: Vec<Vec3> = bare.positions.iter().zip(&bare.normals).map(|(p, n)| *p + *n * 0.01).collect();
-        let found = bulge(&bare, &moved, [Vec3::ZERO, Vec3::Y * 0.3], Vec3::X);
+        let found = bulge(&bare, &moved, |v| v < 3, [Vec3::ZERO, Vec3::Y * 0.3], Vec3::X);
         assert!(found.len() == 1 && (found[0] - 0.01).abs() < 1e-6, "{found:?}");
     }
 }

@@ -17,7 +17,7 @@ use std::time::Instant;
 /// First frames, which are not measured: memory and caches are cold, and muscles settle.
 const WARM: usize = 2;
 /// Frames whose median is given.
-pub(super) const MEASURED: usize = 9;
+pub(super) const MEASURED: usize = 7;
 
 /// Seconds for which muscles settle in the first frame: enough to come to where the motion begins, in a moment.
 const SETTLE: f32 = 0.1;
