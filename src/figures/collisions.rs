@@ -96,7 +96,7 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
     let bulges = [1, 2, 3].map(|case| bulge(&seen[0], &seen[case].positions, of_upper_arm, line, toward));
     let note = |case: usize| {
         let [surface, skin] = [flexed[case], mean(&bulges[case])].map(|metres| metres * 1000.0);
-        format!("biceps {surface:.1} mm from the humerus's axis; skin {skin:+.1} mm")
+        format!("biceps at {surface:.1} mm, skin raised {skin:.1} mm")
     };
     let notes = [String::new(), note(0), note(1), note(2)];
     let rises = Rises { flexed, stretched, bone, bulges };

@@ -29,15 +29,21 @@ type Measure<'a> = Box<dyn Fn(&Case<'_>) -> Result<Measured, FigureError> + 'a>;
 
 /// Who measures, in words, and how.
 fn machines<'a>(stage: &Stage<'a>) -> Result<Vec<(String, Measure<'a>)>, FigureError> {
-    let mut machines: Vec<(String, Measure<'a>)> =
-        vec![(timing::cpu(), Box::new(|case: &Case<'_>| timing::on_cpu(case, true)))];
-    #[cfg(feature = "gpu")]
-    if let Some(headless) = stage.device {
-        let bench = timing::Bench::new(headless)?;
-        let name = timing::device(stage).unwrap_or_default();
-        machines.push((name, Box::new(move |case: &Case<'_>| bench.measure(case, true))));
-    }
-    Ok(machines)
+    let cpu: Measure<'a> = Box::new(|case| timing::on_cpu(case, true));
+    Ok(std::iter::once((timing::cpu(), cpu)).chain(on_device(stage)?).collect())
+}
+
+#[cfg(feature = "gpu")]
+fn on_device<'a>(stage: &Stage<'a>) -> Result<Option<(String, Measure<'a>)>, FigureError> {
+    let Some(headless) = stage.device else { return Ok(None) };
+    let bench = timing::Bench::new(headless)?;
+    let measure: Measure<'a> = Box::new(move |case| bench.measure(case, true));
+    Ok(timing::device(stage).map(|name| (name, measure)))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn on_device<'a>(_: &Stage<'a>) -> Result<Option<(String, Measure<'a>)>, FigureError> {
+    Ok(None)
 }
 
 /// The figure.

@@ -23,8 +23,8 @@ const ENLARGED: [f64; 4] = [0.04, 0.1, 0.4, 1.0];
 /// Of the muscles in motion: rings as dense as in [`Detail::MEASURE`], since kinks of the axes fall between them, and
 /// coarser round them, for an error of .02 % of the volume.
 const MOVING: Detail = Detail { rings: 320, around: 192 };
-/// Frames from one that is measured to the next, of straight axes and of those in motion.
-const EVERY: [usize; 2] = [5, 4];
+/// Frames from one that is measured to the next.
+const EVERY: usize = 5;
 /// Pixels of a pair of plots, and the height of the upper one.
 const PAIR: [u32; 2] = [680, 980];
 const UPPER: u32 = 570;
@@ -65,13 +65,12 @@ fn in_pose(rig: &Rig, pose: &Pose, detail: Detail) -> Result<Vec<f64>, FigureErr
 fn over(
     rig: &Rig,
     poses: &[Pose],
-    every: usize,
     x: impl Fn(usize) -> f64,
     mut measure: impl FnMut(&Pose, bool) -> Result<Vec<f64>, FigureError>,
 ) -> Result<Lines, FigureError> {
     let mut lines = vec![Vec::new(); rig.muscles.len()];
     for (i, pose) in poses.iter().enumerate() {
-        let found = measure(pose, i % every == 0)?;
+        let found = measure(pose, i % EVERY == 0)?;
         lines.iter_mut().zip(found).for_each(|(line, deviation)| line.push([x(i), deviation]));
     }
     Ok(lines)
@@ -80,7 +79,7 @@ fn over(
 /// Lines over a clip whose muscles move: see [`over`].
 fn moving(rig: &Rig, poses: &[Pose], x: impl Fn(usize) -> f64, detail: Detail) -> Result<Lines, FigureError> {
     let mut play = Play::new(rig, &DynamicsOptions::default());
-    over(rig, poses, EVERY[1], x, |pose, measured| {
+    over(rig, poses, x, |pose, measured| {
         play.next(pose)?;
         let some = || of_all(rig, &play.inputs, &play.shaped, &play.simulation.axes, detail);
         Ok(if measured { some() } else { Vec::new() })
@@ -123,7 +122,7 @@ fn largest<'a>(lines: impl IntoIterator<Item = &'a Vec<[f64; 2]>>) -> f64 {
 pub(super) fn figure(arm: &Arm) -> Result<Drawn, FigureError> {
     let last = arm.curl.len().max(2) - 1;
     let share = |i: usize| 100.0 * i as f64 / last as f64;
-    let straight = over(&arm.rig, &arm.curl, EVERY[0], share, |pose, measured| {
+    let straight = over(&arm.rig, &arm.curl, share, |pose, measured| {
         if measured { in_pose(&arm.rig, pose, Detail::MEASURE) } else { Ok(Vec::new()) }
     })?;
     let curl = moving(&arm.settled, &arm.curl, share, MOVING)?;
