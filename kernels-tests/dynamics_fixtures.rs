@@ -159,7 +159,7 @@ impl Crowd {
             let shaken = if is_end { Vec3::ZERO } else { random.vec3() * 0.001 };
             self.particles.push(Particle {
                 position: (place.transform_point3(rest) + shaken).extend(0.0),
-                velocity: (random.vec3() * 0.3).extend(mobility),
+                velocity: (random.vec3() * if i % 8 == 5 { 20.0 } else { 0.3 }).extend(mobility),
                 spring: Vec3::ZERO.extend(if tendon { length / n } else { 0.02 * length / n }),
                 pushes: Vec4::ZERO,
                 traits: Vec4::new((s.min(1.0 - s) / 0.1).min(1.0), if tendon { 10.0 } else { 1.0 }, 0.0, 0.0)
@@ -184,6 +184,7 @@ impl Crowd {
             vertices: 0,
             muscles: self.muscles.len() as u32,
             points: self.points() as u32,
+            most_segments: self.muscles.iter().map(|m| m.segments).max().unwrap_or(0),
             groups: self.grids.len() as u32,
         };
         DynamicsParams::new(&counts, self.instances as u32, JOINTS as u32, options, outer)

@@ -43,6 +43,7 @@ impl March {
             vertices: self.targets.len() as u32,
             muscles: self.muscles.len() as u32,
             points: self.axes.len() as u32,
+            most_segments: 0,
             groups: self.inputs.groups.len() as u32,
         };
         MarchParams::new(&counts, 1, &MarchOptions::default())

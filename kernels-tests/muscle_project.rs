@@ -27,7 +27,7 @@ fn played(crowd: &Crowd, params: &DynamicsParams) -> Option<(Vec<Particle>, Vec<
         ("particles", (crowd.particles.len() + 1) * size_of::<Particle>()),
         ("iterates", (crowd.iterates.len() + 1) * 16),
     ];
-    let items = crowd.muscles.len() * crowd.instances;
+    let items = crowd.muscles.len() * crowd.instances * params.threads_per_muscle as usize;
     let out = run(&gpu, KernelId::MuscleProject, items as u64, &inputs, &sizes);
     let mut particles: Vec<Particle> = bytemuck::pod_collect_to_vec(&out[0]);
     let mut iterates: Vec<Vec4> = bytemuck::pod_collect_to_vec(&out[1]);

@@ -211,6 +211,7 @@ fn counts(rig: &Rig) -> Counts {
         vertices: rig.character.vertex_count() as u32,
         muscles: rig.muscles.len() as u32,
         points: rig.point_count,
+        most_segments: rig.most_segments(),
         groups: rig.grids.len() as u32,
     }
 }

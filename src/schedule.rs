@@ -222,11 +222,19 @@ pub struct Counts {
     pub muscles: u32,
     /// Points of all muscles' axes together.
     pub points: u32,
+    /// Segments of the axis that has most of them.
+    pub most_segments: u32,
     /// Field groups; 0 where the rig has no fields.
     pub groups: u32,
 }
 
 impl Counts {
+    /// Threads that share one muscle in the projection, each with two of its points. A power of two, so that no muscle
+    /// stands in two workgroups; short muscles share one.
+    pub fn threads_per_muscle(&self) -> u32 {
+        (self.most_segments + 1).div_ceil(2).next_power_of_two()
+    }
+
     /// Whether a frame of these options moves muscles.
     pub fn dynamics(&self, options: &FrameOptions) -> Option<DynamicsOptions> {
         let fields = options.skinning == Skinning::Implicit && self.groups > 0 && self.muscles > 0;
@@ -253,7 +261,7 @@ pub fn frame(counts: &Counts, options: &FrameOptions, joints: u32, turns: u32) -
     if let Some(dynamics) = counts.dynamics(options) {
         let joints = step(KernelId::JointStep, joints, None, None);
         let predict = step(KernelId::MusclePredict, counts.muscles, None, None);
-        let project = step(KernelId::MuscleProject, counts.muscles, None, None);
+        let project = step(KernelId::MuscleProject, counts.muscles * counts.threads_per_muscle(), None, None);
         for _ in 0..turns {
             steps.extend([joints, predict]);
             steps.extend((0..dynamics.outer).map(|outer| Step { outer, ..project }));
@@ -276,7 +284,10 @@ mod tests {
 
     fn kernels(vertices: u32, muscles: u32, groups: u32, skinning: Skinning) -> Vec<KernelId> {
         let options = FrameOptions { skinning, ..FrameOptions::default() };
-        frame(&Counts { vertices, muscles, points: 0, groups }, &options, 2, 3).iter().map(|s| s.kernel).collect()
+        frame(&Counts { vertices, muscles, points: 0, most_segments: 0, groups }, &options, 2, 3)
+            .iter()
+            .map(|s| s.kernel)
+            .collect()
     }
 
     #[test]
@@ -293,7 +304,7 @@ mod tests {
     fn steps_of_muscles_are_all_but_those_of_skin() {
         use KernelId::*;
         let options = FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
-        let steps = frame(&Counts { vertices: 10, muscles: 2, points: 8, groups: 3 }, &options, 2, 1);
+        let steps = frame(&Counts { vertices: 10, muscles: 2, points: 8, most_segments: 3, groups: 3 }, &options, 2, 1);
         let kernels =
             |of_muscles| steps.iter().filter(|s| s.is_of_muscles() == of_muscles).map(|s| s.kernel).collect::<Vec<_>>();
         let moved = [JointStep, MusclePredict, MuscleProject, MuscleProject, JointStep, MusclePredict, MuscleShape];
@@ -306,7 +317,9 @@ mod tests {
         for skinning in [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion] {
             let options = FrameOptions { skinning, ..FrameOptions::default() };
             let mut written = Vec::new();
-            for step in frame(&Counts { vertices: 5, muscles: 1, points: 30, groups: 1 }, &options, 2, 3) {
+            for step in
+                frame(&Counts { vertices: 5, muscles: 1, points: 30, most_segments: 29, groups: 1 }, &options, 2, 3)
+            {
                 assert!(step.reads.is_none_or(|r| written.contains(&r)), "{step:?}");
                 written.extend(step.writes);
             }

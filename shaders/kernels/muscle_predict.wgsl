@@ -11,7 +11,10 @@
 @group(0) @binding(7) var<storage, read_write> clocks: array<StepClock>;
 
 override PI: f32;
+override TAU: f32;
 override STRETCH: f32;
+override MOST_PHASE_SQUARED: f32;
+override MOST_WAY: f32;
 override NOMINAL_STIFFNESS: f32;
 override RATE: f32;
 override JIGGLE_RATE: f32;
@@ -39,7 +42,9 @@ fn stiffness_of(body: MuscleBody, input: MuscleInput) -> vec2<f32> {
         hertz = frequency(input.stiffness, params.frequency);
     }
     let cycles = hertz * params.seconds;
-    let compliance = STRETCH / (4.0 * body.insertion.w * cycles * cycles * segments);
+    let squared = min(TAU * TAU * cycles * cycles, MOST_PHASE_SQUARED);
+    let quick = cycles * (15.0 - squared) / (15.0 - 6.0 * squared);
+    let compliance = STRETCH / (4.0 * body.insertion.w * quick * quick * segments);
     let angle = PI / segments;
     let cosine = 1.0 - angle * angle * (0.5 - angle * angle * (1.0 / 24.0));
     let radius = cosine * 2.0 * body.looseness / (2.0 * body.looseness + compliance);
@@ -141,7 +146,9 @@ fn main(
         } else if i == last {
             place = insertion;
         } else if !carries {
-            place = carried + (particle.velocity.xyz * params.seconds - displaced) * retention;
+            // No farther than that: it would leap over a bone.
+            let relative = (particle.velocity.xyz * params.seconds - displaced) * retention;
+            place = carried + relative * min(MOST_WAY * width / max(sqrt(math_dot(relative, relative)), 1e-9), 1.0);
         }
         let radius = width * profile_shifted(input.factors, input.exponents, input.terms, shift, share).x;
         particle.position.w = radius;

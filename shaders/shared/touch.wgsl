@@ -1,5 +1,4 @@
-// What a particle touches: other muscles, bones, the skin from within. Reads the globals bodies, bones, moved, groups,
-// nodes and iterates.
+// What a particle touches: bones, and the skin from within. Reads the globals bones, moved, groups and nodes.
 
 // A unit normal that leads out of a contact, and in `w` the distance by which it is kept, metres; less than 0 where it is
 // not. TOUCH_NOTHING stands for no contact.
@@ -12,6 +11,15 @@ struct TouchPlace {
     instance: u32,
 }
 
+// The muscle at work, of one thread's point of view.
+struct Work {
+    place: TouchPlace,
+    body: MuscleBody,
+    read: u32,
+    first: u32,
+    kinds: u32,
+}
+
 fn touch_none() -> vec4<f32> {
     return vec4<f32>(0.0, 0.0, 0.0, TOUCH_NOTHING);
 }
@@ -22,48 +30,73 @@ fn touch_nearest(start: vec3<f32>, end: vec3<f32>, p: vec3<f32>) -> vec3<f32> {
     return start + span * clamp(math_dot(p - start, span) / max(math_dot(span, span), 1e-12), 0.0, 1.0);
 }
 
-fn touch_bone(place: TouchPlace, link: Link, p: vec3<f32>, radius: f32, clear: f32, share: f32) -> vec4<f32> {
+// A bone as a link's muscle meets it, posed.
+struct TouchBone {
+    start: vec3<f32>,
+    end: vec3<f32>,
+    radius: f32,
+    scale: f32,
+    origin_depth: f32,
+    insertion_depth: f32,
+    to_rest: mat4x4<f32>,
+    grid: GroupGrid,
+}
+
+fn touch_bone_of(place: TouchPlace, link: Link) -> TouchBone {
     let bone = bones[link.index];
     let joint = place.joint + bone.joint;
-    let scale = moved[joint].scale;
-    let held = select(link.insertion_depth, link.origin_depth, share < 0.5);
-    let wanted = radius * clear + held * scale * (1.0 - clear);
+    let matrix = moved[joint].matrix;
+    return TouchBone(
+        math_transform_point(matrix, bone.start.xyz),
+        math_transform_point(matrix, bone.end.xyz),
+        bone.start.w,
+        moved[joint].scale,
+        link.origin_depth,
+        link.insertion_depth,
+        moved[joint].to_rest,
+        bone.grid,
+    );
+}
+
+fn touch_bone(bone: TouchBone, p: vec3<f32>, radius: f32, clear: f32, share: f32) -> vec4<f32> {
+    let held = select(bone.insertion_depth, bone.origin_depth, share < 0.5);
+    let wanted = radius * clear + held * bone.scale * (1.0 - clear);
     if bone.grid.size_x == 0u {
-        let matrix = moved[joint].matrix;
-        let start = math_transform_point(matrix, bone.start.xyz);
-        let end = math_transform_point(matrix, bone.end.xyz);
-        let away = p - touch_nearest(start, end, p);
+        let away = p - touch_nearest(bone.start, bone.end, p);
         let distance = sqrt(math_dot(away, away));
-        return vec4<f32>(away / max(distance, 1e-9), distance - (bone.start.w * scale + wanted));
+        return vec4<f32>(away / max(distance, 1e-9), distance - (bone.radius * bone.scale + wanted));
     }
-    let to_rest = moved[joint].to_rest;
-    let u = math_transform_point(bone.grid.rest_to_grid, math_transform_point(to_rest, p));
+    let u = math_transform_point(bone.grid.rest_to_grid, math_transform_point(bone.to_rest, p));
     if !grid_holds(bone.grid, u) {
         return touch_none();
     }
     let raw = grid_sample(bone.grid, u);
-    let outward = math_transpose_vector(to_rest, raw.xyz);
-    return vec4<f32>(outward / max(sqrt(math_dot(outward, outward)), 1e-9), raw.w * scale - wanted);
+    let outward = math_transpose_vector(bone.to_rest, raw.xyz);
+    return vec4<f32>(outward / max(sqrt(math_dot(outward, outward)), 1e-9), raw.w * bone.scale - wanted);
 }
 
-// The skin around a particle, of all groups from `begin` to `end` the one that it is deepest inside of; beyond all of
-// them it is drawn to `refuge`.
-fn touch_skin(place: TouchPlace, begin: u32, end: u32, p: vec3<f32>, refuge: vec3<f32>) -> vec4<f32> {
-    var deepest = vec4<f32>(0.0, 0.0, 0.0, -TOUCH_NOTHING);
-    for (var k = begin; k < end; k++) {
-        let g = place.group + links[k].index;
-        let to_rest = moved[place.joint + groups[g].grid.joint].to_rest;
-        let u = math_transform_point(groups[g].grid.rest_to_grid, math_transform_point(to_rest, p));
-        if !grid_holds(groups[g].grid, u) {
-            continue;
-        }
-        let raw = grid_sample(groups[g].grid, u);
-        let outward = math_transpose_vector(to_rest, raw.xyz);
-        let slope = max(sqrt(math_dot(outward, outward)), 1e-6);
-        if -raw.w / slope > deepest.w {
-            deepest = vec4<f32>(-outward / slope, -raw.w / slope);
-        }
+// No skin yet of which a particle could be inside.
+fn touch_no_skin() -> vec4<f32> {
+    return vec4<f32>(0.0, 0.0, 0.0, -TOUCH_NOTHING);
+}
+
+// The skin of one more group around a particle: of all of them the one that it is deepest inside of.
+fn touch_deeper(deepest: vec4<f32>, grid: GroupGrid, to_rest: mat4x4<f32>, p: vec3<f32>) -> vec4<f32> {
+    let u = math_transform_point(grid.rest_to_grid, math_transform_point(to_rest, p));
+    if !grid_holds(grid, u) {
+        return deepest;
     }
+    let raw = grid_sample(grid, u);
+    let outward = math_transpose_vector(to_rest, raw.xyz);
+    let slope = max(sqrt(math_dot(outward, outward)), 1e-6);
+    if -raw.w / slope > deepest.w {
+        return vec4<f32>(-outward / slope, -raw.w / slope);
+    }
+    return deepest;
+}
+
+// The deepest skin; beyond all of them a particle is drawn to `refuge`.
+fn touch_skin(deepest: vec4<f32>, p: vec3<f32>, refuge: vec3<f32>) -> vec4<f32> {
     if deepest.w > -TOUCH_NOTHING {
         return deepest;
     }
@@ -73,50 +106,6 @@ fn touch_skin(place: TouchPlace, begin: u32, end: u32, p: vec3<f32>, refuge: vec
         return vec4<f32>(way / distance, -distance);
     }
     return touch_none();
-}
-
-// One muscle's axis, two entries a point from `first` on, against f_M with its radii straight from point to point.
-fn touch_axis(first: u32, segments: u32, p: vec3<f32>, radius: f32) -> vec4<f32> {
-    var nearest = 0u;
-    var least = TOUCH_NOTHING;
-    var at = 0.0;
-    for (var j = 0u; j < segments; j++) {
-        let start = iterates[first + 2u * j].xyz;
-        let span = iterates[first + 2u * j + 2u].xyz - start;
-        let share = clamp(math_dot(p - start, span) / max(math_dot(span, span), 1e-12), 0.0, 1.0);
-        let away = p - (start + span * share);
-        let squared = math_dot(away, away);
-        if squared < least {
-            nearest = j;
-            least = squared;
-            at = share;
-        }
-    }
-    let start = iterates[first + 2u * nearest];
-    let end = iterates[first + 2u * nearest + 2u];
-    let span = end.xyz - start.xyz;
-    let away = p - (start.xyz + span * at);
-    let distance = sqrt(math_dot(away, away));
-    if distance < 1e-9 {
-        return touch_none();
-    }
-    let outward = away / distance;
-    let own = start.w + (end.w - start.w) * at;
-    let n0 = iterates[first + 2u * nearest + 1u];
-    let n1 = iterates[first + 2u * nearest + 3u];
-    let cosine = math_dot(outward, n0.xyz * (1.0 - at) + n1.xyz * at);
-    var polar = 1.0;
-    if n0.w > 0.0 {
-        let squared = min(cosine * cosine, 1.0);
-        polar = 1.0 / sqrt(n0.w * squared + (1.0 - squared) / n0.w);
-    }
-    var lean = vec3<f32>(0.0);
-    if at > 0.0 && at < 1.0 {
-        lean = span * ((end.w - start.w) * polar / max(math_dot(span, span), 1e-12));
-    }
-    let gradient = outward - lean;
-    let slope = max(sqrt(math_dot(gradient, gradient)), 1e-6);
-    return vec4<f32>(gradient / slope, (distance - own * polar - radius) / slope);
 }
 
 // A contact as a half space n . p >= w; the zero normal is none.

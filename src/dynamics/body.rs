@@ -1,13 +1,13 @@
 //! What of muscles and bones does not change while they move: masses, rest lengths, who can touch whom.
 
-use super::{Particle, contact::nearest_on_segment, kinds};
+use super::{Particle, contact::nearest_on_segment, kinds, predict::compliance};
 use crate::{
     field::{
         GroupGrid, grid,
         muscle::{AxisPoint, MuscleRest, Profile},
     },
     math::transform_point,
-    rig::{BoneCollider, ColliderShape, JointFrame, MuscleSpec, Rig},
+    rig::{BoneCollider, ColliderShape, JointFrame, MuscleSpec, Rig, SettledPoint},
 };
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
@@ -23,8 +23,8 @@ const MASS_FLOOR: f32 = 0.3;
 const TENDON_STIFFNESS: f32 = 10.0;
 /// Most bones and groups that one muscle can touch.
 const MOST_LINKS: usize = 8;
-/// Frequency, hertz, and substeps per second at which a muscle's looseness is taken.
-const NOMINAL: (f64, f64) = (12.0, 240.0);
+/// Swings per substep at which a muscle's looseness is taken: 12 Hz at 240 substeps a second.
+const NOMINAL_CYCLES: f32 = 0.05;
 
 crate::gpu_struct! {
     /// A muscle as the dynamics hold it.
@@ -113,17 +113,22 @@ pub struct Bodies {
     pub links: Vec<Link>,
     /// Particles in the rest pose, all muscles' one after the other.
     pub particles_rest: Vec<Particle>,
+    /// Their axes in the rest pose.
+    pub axes_rest: Vec<AxisPoint>,
 }
 
 impl Bodies {
-    /// The bodies of a rig's muscles, on their axes in the rest pose.
+    /// The bodies of a rig's muscles, on their axes in the rest pose, or where they have settled.
     pub fn new(rig: &Rig) -> Bodies {
         let mut bodies =
             Bodies { bones: rig.bones.iter().map(|bone| bone_rest(rig, bone)).collect(), ..Bodies::default() };
         let (_, axes) = rig.muscles_at_rest();
         for (index, rest) in rig.muscles.iter().enumerate() {
             let spec = &rig.specs[rig.spec_of[index] as usize];
-            let particles = particles(rest, spec, &axes[rest.first_point as usize..]);
+            let mut particles = particles(rest, spec, &axes[rest.first_point as usize..]);
+            for (particle, settled) in particles.iter_mut().zip(rig.settled().iter().skip(rest.first_point as usize)) {
+                put(particle, settled);
+            }
             let bones_begin = bodies.links.len() as u32;
             let bones = bone_links(rig, index, &bodies.bones);
             bodies.links.extend(bones);
@@ -141,6 +146,7 @@ impl Bodies {
             });
             bodies.particles_rest.extend(particles);
         }
+        bodies.axes_rest = axes;
         bodies
     }
 
@@ -184,6 +190,14 @@ fn link(index: u32) -> Link {
     Link { index, ..Link::default() }
 }
 
+/// Puts a particle where it has settled, with the planes that hold it there: two muscles that touch have many places of
+/// rest, of which these planes choose one.
+fn put(particle: &mut Particle, settled: &SettledPoint) {
+    particle.position = settled.position.extend(0.0);
+    [particle.peer_0, particle.peer_1] = settled.planes;
+    [particle.traits.z, particle.traits.w] = settled.muscles.map(|muscle| muscle as f32);
+}
+
 /// One muscle's particles: masses by the profile at rest, rest lengths, tendons.
 pub(super) fn particles(rest: &MuscleRest, spec: &MuscleSpec, axis: &[AxisPoint]) -> Vec<Particle> {
     let n = rest.segments as usize;
@@ -214,11 +228,10 @@ pub(super) fn particles(rest: &MuscleRest, spec: &MuscleSpec, axis: &[AxisPoint]
 }
 
 /// `w` with which `2 w / (2 w + a) cos(pi / n)`, the spectral radius of Jacobi's sweeps over a uniform chain of `n`
-/// segments, is that over this chain at the nominal frequency, whose compliance is `a` (by power iteration).
+/// segments, is that over this chain at 12 Hz and 240 substeps a second, whose compliance is `a` (by power iteration).
 fn looseness(mass: f32, particles: &[Particle]) -> f32 {
     let n = particles.len() - 1;
-    let (frequency, rate) = NOMINAL;
-    let compliance = rate * rate * 0.98 / (4.0 * f64::from(mass) * frequency * frequency * n as f64);
+    let compliance = f64::from(compliance(mass, n as f32, NOMINAL_CYCLES));
     let mobility: Vec<f64> = particles.iter().map(|p| f64::from(p.velocity.w)).collect();
     let diagonal: Vec<f64> =
         (0..n).map(|j| mobility[j] + mobility[j + 1] + compliance / f64::from(particles[j].traits.y)).collect();

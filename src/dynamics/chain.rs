@@ -23,6 +23,8 @@ pub(super) struct Chain {
     pub at: [Vec3; MOST],
     /// One over the masses, 1/kg.
     pub mobility: [f32; MOST],
+    /// Masses, kg; 0 where nothing moves the particle.
+    pub mass: [f32; MOST],
     /// Rest length of the segment that begins at a point, metres.
     pub rest: [f32; MOST],
     /// Factor on its projection, kg: one over mobilities and compliance, or the paper's k over the mobilities.
@@ -44,6 +46,7 @@ impl Chain {
             points,
             at: [Vec3::ZERO; MOST],
             mobility: [0.0; MOST],
+            mass: [0.0; MOST],
             rest: [0.0; MOST],
             gain: [0.0; MOST],
             memory: 1.0,
@@ -105,7 +108,7 @@ impl Chain {
     /// The multiplier that a plane has after its projection; less than nothing it cannot have.
     #[inline]
     fn next_push(&self, i: usize, kind: usize, depth: f32) -> f32 {
-        (self.pushes[i][kind] + depth / self.mobility[i]).max(0.0)
+        (self.pushes[i][kind] + depth * self.mass[i]).max(0.0)
     }
 
     /// Projects a particle on its planes, one after the other. A plane takes back what it pushed too far, and never pulls.

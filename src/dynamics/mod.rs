@@ -84,8 +84,8 @@ crate::gpu_struct! {
         pub carries: u32,
         /// Inner iterations of the substep's earlier outer iterations.
         pub done: u32,
-        /// Unused.
-        pub pad_0: u32,
+        /// Threads that share one muscle in the projection.
+        pub threads_per_muscle: u32,
         /// How far a plane between muscles may be off before it follows, metres.
         pub play: f32,
         /// Length of a substep, seconds.
@@ -152,7 +152,7 @@ impl DynamicsParams {
             contacts: kinds(options.contacts.bones, options.contacts.muscles, options.contacts.skin),
             carries: 0,
             done: outer * options.inner,
-            pad_0: 0,
+            threads_per_muscle: counts.threads_per_muscle(),
             play: options.play,
             seconds: options.seconds(),
             frequency: options.frequency,

@@ -65,6 +65,7 @@ fn load(params: &DynamicsParams, around: &Surroundings, muscle: &MuscleBody, own
     for (i, particle) in own.iter().enumerate() {
         chain.at[i] = read[2 + 2 * i].xyz();
         chain.mobility[i] = particle.velocity.w;
+        chain.mass[i] = if particle.velocity.w > 0.0 { 1.0 / particle.velocity.w } else { 0.0 };
         chain.rest[i] = particle.spring.w * scale;
         chain.pull[i] = particle.spring.xyz();
         chain.pushes[i] = particle.pushes.to_array();
@@ -222,7 +223,7 @@ impl<'a> Held<'a> {
 fn push(chain: &mut Chain, i: usize, kind: usize, normal: Vec3, depth: f32) {
     if depth > 0.0 {
         chain.at[i] += normal * depth;
-        chain.pushes[i][kind] += depth / chain.mobility[i];
+        chain.pushes[i][kind] += depth * chain.mass[i];
     }
 }
 

@@ -12,7 +12,7 @@ use crate::{
             smooth,
         },
     },
-    rig::{FrameInputs, JointFrame, Rig},
+    rig::{FrameInputs, JointFrame, Rig, SettledPoint},
     schedule::{Counts, DynamicsOptions},
 };
 use glam::{Vec3, Vec4, Vec4Swizzles};
@@ -46,7 +46,7 @@ pub struct Simulation {
     pub particles: Vec<Particle>,
     /// Two halves of iterates ([`half`]).
     pub iterates: Vec<Vec4>,
-    /// Axes as last shaped; all zero where the motion has just begun.
+    /// Axes as last shaped; those at rest where the motion has just begun.
     pub axes: Vec<AxisPoint>,
     moved: Vec<MovedJoint>,
     turn: Turn,
@@ -63,7 +63,7 @@ impl Simulation {
             clock: Clock::default(),
             particles: bodies.particles_rest.clone(),
             iterates: vec![Vec4::ZERO; 2 * half],
-            axes: vec![AxisPoint::default(); points],
+            axes: bodies.axes_rest.clone(),
             moved: Vec::new(),
             turn: Turn::default(),
             joints: Vec::new(),
@@ -88,7 +88,7 @@ impl Simulation {
         self.turn = self.clock.advance(time, &inputs.joints, options);
         if self.turn.starts {
             self.particles = self.bodies.particles(&inputs.joints);
-            self.axes.fill(AxisPoint::default());
+            self.axes.clone_from(&self.bodies.axes_rest);
         }
         self.joints.clear();
         self.joints.extend(&self.turn.joints_before);
@@ -130,12 +130,23 @@ impl Simulation {
             .for_each(|(index, own, out)| project::project(params, index, &around, own, out));
     }
 
+    /// Positions of all axes' points, smoothed, posed scene space, metres.
+    fn smoothed(&self) -> Vec<Vec3> {
+        let point = |p: &Particle| AxisPoint { position: p.position.xyz().extend(0.0), ..AxisPoint::default() };
+        let mut axes: Vec<AxisPoint> = self.particles.iter().map(point).collect();
+        for muscle in &self.bodies.muscles {
+            smooth(&mut axes[muscle.first_point as usize..][..=muscle.segments as usize]);
+        }
+        axes.iter().map(|p| p.position.xyz()).collect()
+    }
+
     /// Plays all of a frame's substeps.
     pub fn advance(&mut self, skins: Skins, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) {
         let counts = Counts {
             vertices: 0,
             muscles: self.bodies.muscles.len() as u32,
             points: self.particles.len() as u32,
+            most_segments: self.bodies.muscles.iter().map(|m| m.segments).max().unwrap_or(0),
             groups: skins.grids.len() as u32,
         };
         let joints = inputs.joints.len() as u32;
@@ -155,7 +166,7 @@ impl Simulation {
 }
 
 /// Lets the muscles of a rig settle in the rest pose, and takes the result for their axes at rest: where they have been
-/// pushed aside before anything moves. The skin's targets follow.
+/// pushed aside before anything moves. The skin's targets follow, and motions start there.
 ///
 /// Without this, skin would move in the rest pose.
 pub fn settle(rig: &mut Rig, options: &DynamicsOptions) {
@@ -166,19 +177,30 @@ pub fn settle(rig: &mut Rig, options: &DynamicsOptions) {
     }
     let inputs = FrameInputs { muscles: rig.rest_inputs(), ..inputs };
     let mut simulation = Simulation::new(Arc::new(Bodies::new(rig)));
-    let options = DynamicsOptions { settle: SETTLE_AT_REST, ..*options };
-    simulation.advance(Skins::of(rig), &inputs, 0.0, &options);
-    let point = |p: &Particle| AxisPoint { position: p.position.xyz().extend(0.0), ..AxisPoint::default() };
-    let mut axes: Vec<AxisPoint> = simulation.particles.iter().map(point).collect();
-    for muscle in &simulation.bodies.muscles {
-        smooth(&mut axes[muscle.first_point as usize..][..=muscle.segments as usize]);
+    // No velocity outlives a substep.
+    let options = DynamicsOptions { retention: 0.0, ..*options };
+    let mut axes = Vec::new();
+    for frame in 0..=SETTLE_FRAMES {
+        simulation.advance(Skins::of(rig), &inputs, f64::from(frame) / SETTLE_RATE, &options);
+        axes = simulation.smoothed();
+        // Sections turn with the axes, and others touch them.
+        simulation.axes = rig.muscles_along(&axes).1;
     }
-    let points: Vec<Vec3> = axes.iter().map(|p| p.position.xyz()).collect();
-    rig.set_axes_rest(&points);
+    rig.set_settled(&axes, simulation.particles.iter().map(settled).collect());
 }
 
-/// Seconds for which muscles settle in the rest pose.
-const SETTLE_AT_REST: f32 = 2.0;
+/// Frames in which muscles settle in the rest pose after the first one, and how many there are in a second.
+const SETTLE_FRAMES: u32 = 60;
+const SETTLE_RATE: f64 = 30.0;
+
+/// What a particle at rest has that its muscle's shape does not say.
+fn settled(particle: &Particle) -> SettledPoint {
+    SettledPoint {
+        position: particle.position.xyz(),
+        planes: [particle.peer_0, particle.peer_1],
+        muscles: [particle.traits.z, particle.traits.w].map(|muscle| muscle as u32),
+    }
+}
 
 /// Every muscle's particles and its run of iterates.
 fn runs<'a>(

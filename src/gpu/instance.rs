@@ -8,7 +8,6 @@ use super::{
 use crate::{
     dynamics::{Clock, DynamicsParams},
     error::{PoseError, SetupError},
-    field::muscle::AxisPoint,
     kernel::{dispatch, kernel},
     normals::NormalParams,
     rig::{FrameInputs, Pose},
@@ -177,7 +176,7 @@ impl Batch {
         if turn.starts {
             let particles = self.rig.bodies_rest.particles(&inputs.joints);
             put(&self.buffers.particles, bytemuck::cast_slice(&particles));
-            put(&self.buffers.axes, bytemuck::cast_slice(&vec![AxisPoint::default(); particles.len()]));
+            put(&self.buffers.axes, bytemuck::cast_slice(&self.rig.bodies_rest.axes_rest));
         }
         self.turns[instance as usize] = turn.clock.turns;
         self.plan();
@@ -262,7 +261,7 @@ impl Batch {
         &self.buffers.muscles
     }
 
-    /// Points of the muscles' axes in the last frame ([`AxisPoint`]), instance after instance.
+    /// Points of the muscles' axes in the last frame ([`AxisPoint`](crate::field::muscle::AxisPoint)), instance after instance.
     pub fn axes(&self) -> &wgpu::Buffer {
         &self.buffers.axes
     }
@@ -343,6 +342,7 @@ fn counts(rig: &RigBuffers) -> Counts {
         vertices: rig.rig.character.vertex_count() as u32,
         muscles: rig.rig.muscles.len() as u32,
         points: rig.rig.point_count,
+        most_segments: rig.rig.most_segments(),
         groups: rig.rig.grids.len() as u32,
     }
 }

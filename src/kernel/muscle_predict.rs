@@ -15,7 +15,10 @@ pub(super) const KERNEL: Kernel = Kernel {
     structs: STRUCTS,
     constants: &[
         ("PI", std::f32::consts::PI as f64),
+        ("TAU", std::f32::consts::TAU as f64),
         ("STRETCH", predict::STRETCH as f64),
+        ("MOST_PHASE_SQUARED", predict::MOST_PHASE_SQUARED as f64),
+        ("MOST_WAY", predict::MOST_WAY as f64),
         ("NOMINAL_STIFFNESS", predict::NOMINAL_STIFFNESS as f64),
         ("RATE", predict::RATE as f64),
         ("JIGGLE_RATE", jiggle::RATE as f64),

@@ -3,23 +3,32 @@
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
 use crate::{
     dynamics::{BoneRest, DynamicsParams, Link, MovedJoint, MuscleBody, Particle, predict},
-    field::{GroupGrid, evaluate::GroupFrame},
+    field::{GroupGrid, evaluate::GroupFrame, muscle::axis::MAX_SEGMENTS},
     schedule::KernelId,
 };
 
-/// A thread has one pair of the usual 30 particles, and two of the most, 64.
-const THREADS: u32 = 16;
+/// A thread has two particles of at most 64.
+pub(super) const THREADS: u32 = MAX_SEGMENTS.div_ceil(2);
 
 pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleProject,
     stem: "muscle_project",
     source: include_str!("../../shaders/kernels/muscle_project.wgsl"),
-    parts: &[source::MATH, source::RUN, source::GRID, source::TOUCH, source::CHAIN, source::HOLD],
+    parts: &[
+        source::MATH,
+        source::RUN,
+        source::GRID,
+        source::TOUCH,
+        source::CHAIN,
+        source::PEER_AXIS,
+        source::PEERS,
+        source::HOLD,
+    ],
     structs: STRUCTS,
-    constants: &[("MOST_STIFFNESS", predict::MOST_STIFFNESS as f64), ("STRIDE", 2.0 * THREADS as f64)],
+    constants: &[("MOST_STIFFNESS", predict::MOST_STIFFNESS as f64)],
     bindings: BINDINGS,
     workgroup: THREADS,
-    items_per_workgroup: 1,
+    items_per_workgroup: THREADS,
     twin: "dynamics::project::project",
 };
 

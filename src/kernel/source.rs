@@ -90,6 +90,7 @@ pub const CHAIN: Part = Part {
     constants: &[
         ("CHAIN_JACOBI_SHARE", dynamics::JACOBI_SHARE as f64),
         ("CHAIN_NO_DIRECTION", dynamics::NO_DIRECTION as f64),
+        ("CHAIN_THREADS", super::muscle_project::THREADS as f64),
     ],
 };
 /// What holds one muscle.
@@ -100,9 +101,19 @@ pub const HOLD: Part = Part {
         ("HOLD_BONES", dynamics::BONES as f64),
         ("HOLD_MUSCLES", dynamics::MUSCLES as f64),
         ("HOLD_SKIN", dynamics::SKIN as f64),
-        ("HOLD_FACING", dynamics::FACING as f64),
-        ("HOLD_TURN", dynamics::TURN as f64),
     ],
+};
+/// A particle against another muscle's axis.
+pub const PEER_AXIS: Part = Part {
+    file: "shaders/shared/peer_axis.wgsl",
+    text: include_str!("../../shaders/shared/peer_axis.wgsl"),
+    constants: &[],
+};
+/// What holds a muscle against its neighbours.
+pub const PEERS: Part = Part {
+    file: "shaders/shared/peers.wgsl",
+    text: include_str!("../../shaders/shared/peers.wgsl"),
+    constants: &[("PEER_FACING", dynamics::FACING as f64), ("PEER_TURN", dynamics::TURN as f64)],
 };
 /// Composition of fields.
 pub const FIELD: Part = Part {
@@ -124,7 +135,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 15] = [
+pub const PARTS: [Part; 17] = [
     DISPATCH,
     MATH,
     TRANSFER,
@@ -139,6 +150,8 @@ pub const PARTS: [Part; 15] = [
     RUN,
     TOUCH,
     CHAIN,
+    PEER_AXIS,
+    PEERS,
     HOLD,
 ];
 

@@ -77,8 +77,8 @@ pub const PARTICLES: Tolerance = Tolerance { absolute: 1e-5, share_over: 0.0 };
 pub const TOUCHING_DRIFT: Tolerance = Tolerance { absolute: 0.2, share_over: 0.0 };
 /// Axes of muscles in motion. Tangents are differences of particles a thirtieth of the length apart, each within
 /// [`PARTICLES`]: 1e-5 x 2 x 30. Normals turn with the plane of two segments, which may turn by .05 only: 20 times that,
-/// in the worst case; a third of it here.
-pub const MOVING_AXES: Tolerance = Tolerance { absolute: 4e-3, share_over: 0.0 };
+/// in the worst case; half of it here.
+pub const MOVING_AXES: Tolerance = Tolerance { absolute: 6e-3, share_over: 0.0 };
 /// Marched positions, in heights. A vertex stops within a field difference of 1e-4, and where one side takes a step
 /// more than the other they end up to 1e-4 of a support radius apart, 5e-6 of a height. At a pit, where vertices
 /// stop on a ridge of the maximum, the step before decides: a thousandth of the vertices may be over.

@@ -85,10 +85,29 @@ pub struct Rig {
     pub point_count: u32,
     /// Where those points are in the rest pose, scene space: straight, until [`Rig::set_axes_rest`].
     axes_rest: Vec<Vec3>,
+    /// The same points as the dynamics hold them, where they do; else empty.
+    settled: Vec<SettledPoint>,
     /// One per vertex.
     pub targets: Vec<VertexTarget>,
     /// Triangles around every vertex.
     pub topology: Topology,
+}
+
+/// A point of a muscle that has come to rest among bones, other muscles and skin.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SettledPoint {
+    /// Position, metres in scene space at rest: kinked where something pushes, while axes are smooth.
+    pub position: Vec3,
+    /// Half spaces `n . p >= w` that other muscles keep it in, in scene space at rest; the zero normal is none.
+    pub planes: [Vec4; 2],
+    /// Those muscles, counted from 1; 0 for none.
+    pub muscles: [u32; 2],
+}
+
+impl SettledPoint {
+    fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.planes.iter().all(|plane| plane.is_finite())
+    }
 }
 
 impl std::fmt::Debug for Rig {
@@ -155,6 +174,7 @@ impl Rig {
             bones: Vec::new(),
             point_count,
             axes_rest: Vec::new(),
+            settled: Vec::new(),
         };
         rig.axes_rest = rig.straight_axes();
         rig.aim();
@@ -172,8 +192,13 @@ impl Rig {
 
     /// Every muscle in the rest pose with activation 0, and the points of their axes.
     pub fn muscles_at_rest(&self) -> (Vec<MuscleFrame>, Vec<AxisPoint>) {
+        self.muscles_along(&self.axes_rest)
+    }
+
+    /// [`Rig::muscles_at_rest`] with other positions of the axes' points, one per point, metres in scene space.
+    pub fn muscles_along(&self, positions: &[Vec3]) -> (Vec<MuscleFrame>, Vec<AxisPoint>) {
         let point = |p: &Vec3| AxisPoint { position: p.extend(0.0), ..AxisPoint::default() };
-        let mut axes: Vec<AxisPoint> = self.axes_rest.iter().map(point).collect();
+        let mut axes: Vec<AxisPoint> = positions.iter().map(point).collect();
         let inputs = self.rest_inputs();
         let shaped = self.muscles.iter().zip(&inputs).map(|(rest, input)| {
             let first = rest.first_point as usize;
@@ -186,12 +211,28 @@ impl Rig {
     /// Takes other positions, metres in scene space, for the points of all muscles' axes in the rest pose, such as those at
     /// which the muscles come to rest among bones and skin. The skin's targets follow, so that the rest pose stays at rest.
     ///
-    /// Positions that are not one per point, or not finite, change nothing.
+    /// Motions start from these positions, without any contact. Positions that are not one per point, or not finite,
+    /// change nothing.
     pub fn set_axes_rest(&mut self, positions: &[Vec3]) {
         if positions.len() == self.axes_rest.len() && positions.iter().all(|p| p.is_finite()) {
             self.axes_rest.copy_from_slice(positions);
+            self.settled.clear();
             self.aim();
         }
+    }
+
+    /// [`Rig::set_axes_rest`] where muscles have come to rest, so that motions start from there: `points` are the axes'
+    /// points as the dynamics hold them, one per position. Points that are not finite change nothing.
+    pub fn set_settled(&mut self, positions: &[Vec3], points: Vec<SettledPoint>) {
+        if points.len() == positions.len() && points.iter().all(SettledPoint::is_finite) {
+            self.set_axes_rest(positions);
+            self.settled = points;
+        }
+    }
+
+    /// Where the dynamics hold the points of all muscles' axes at rest; empty until [`Rig::set_settled`].
+    pub fn settled(&self) -> &[SettledPoint] {
+        &self.settled
     }
 
     fn straight_axes(&self) -> Vec<Vec3> {
@@ -201,6 +242,11 @@ impl Rig {
             own.into_iter().map(|p| p.position.xyz())
         };
         self.muscles.iter().flat_map(of).collect()
+    }
+
+    /// Segments of the axis that has most of them.
+    pub fn most_segments(&self) -> u32 {
+        self.muscles.iter().map(|muscle| muscle.segments).max().unwrap_or(0)
     }
 
     /// Length of each muscle's straight axis in a pose over its length at rest, the mean over its fibres, in the order of

@@ -13,7 +13,7 @@ mod nearest;
 mod topology;
 
 pub use bones::{BoneCollider, BoneMesh, ColliderShape};
-pub use build::{BuildOptions, Rig, VertexTarget};
+pub use build::{BuildOptions, Rig, SettledPoint, VertexTarget};
 pub use character::{Character, Image, Influence, Joint, Key, Keyed, Material, Part, Pose};
 pub use drive::{Drives, Effort, MuscleParameters, ShapeBlend};
 pub use frame::{FrameInputs, JointFrame};

@@ -9,38 +9,39 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// A character of the test data with the muscles of its fixture.
-struct Actor {
-    scene: crate::clip::Scene,
-    rig: Rig,
-    bodies: Arc<Bodies>,
+pub struct Actor {
+    pub scene: crate::clip::Scene,
+    pub rig: Rig,
+    pub bodies: Arc<Bodies>,
 }
 
 impl Actor {
-    /// `keep` chooses muscles by parts of their names, all where it is empty; they collide with one another in `group`.
-    fn new(file: &str, group: &str, keep: &[&str]) -> Option<Actor> {
+    /// `keep` chooses muscles by parts of their names, all where it is empty; they collide with one another in `group`, or
+    /// in the fixture's own groups.
+    pub fn new(file: &str, group: Option<&str>, keep: &[&str]) -> Option<Actor> {
         let data = std::env::var_os("SINEW_DATA").map(std::path::PathBuf::from)?;
         let scene = crate::io::gltf::read(&data.join(format!("humans/{file}.glb"))).expect("the character");
         let path = format!("{}/kernels-tests/fixtures/{file}.muscles.toml", env!("CARGO_MANIFEST_DIR"));
         let mut muscles = muscle_file::read(Path::new(&path)).expect("the fixture").muscles;
         muscles.retain(|m| keep.is_empty() || keep.iter().any(|k| m.name.contains(k)));
-        muscles.iter_mut().for_each(|m| m.collision_group = group.into());
+        muscles.iter_mut().for_each(|m| m.collision_group = group.map_or(m.collision_group.clone(), String::from));
         let rig = Rig::build(scene.character.clone(), &muscles, &BuildOptions::default()).expect("a rig");
         let bodies = Arc::new(Bodies::new(&rig));
         Some(Actor { scene, rig, bodies })
     }
 
-    fn arm(group: &str, keep: &[&str]) -> Option<Actor> {
+    pub fn arm(group: Option<&str>, keep: &[&str]) -> Option<Actor> {
         Actor::new("arm_nohand_dense_2172", group, keep)
     }
 
-    fn inputs(&self, clip: &str, time: f64, activation: Option<f32>) -> FrameInputs {
+    pub fn inputs(&self, clip: &str, time: f64, activation: Option<f32>) -> FrameInputs {
         let clip = self.scene.choose_clip(Some(clip)).expect("the clip");
         let mut pose: Pose = self.scene.pose(clip, time as f32);
         pose.activations = activation.map(|a| vec![a; self.rig.specs.len()]).unwrap_or_default();
         FrameInputs::new(&self.rig, &pose).expect("a pose")
     }
 
-    fn frame(&self, simulation: &mut Simulation, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) {
+    pub fn frame(&self, simulation: &mut Simulation, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) {
         simulation.advance(Skins::of(&self.rig), inputs, time, options);
     }
 
@@ -153,14 +154,14 @@ impl Measured {
     }
 }
 
-fn one_by_one() -> DynamicsOptions {
+pub fn one_by_one() -> DynamicsOptions {
     let contacts = Contacts { muscles: false, ..Contacts::ALL };
     DynamicsOptions { contacts, ..DynamicsOptions::default() }
 }
 
 #[test]
 fn a_held_curl_comes_to_rest() {
-    let Some(arm) = Actor::arm("", &[]) else { return };
+    let Some(arm) = Actor::arm(Some(""), &[]) else { return };
     for solver in [Solver::RedBlack, Solver::Jacobi] {
         for activation in [0.0, 1.0] {
             let options = DynamicsOptions { solver, ..one_by_one() };
@@ -175,7 +176,7 @@ fn a_held_curl_comes_to_rest() {
 
 #[test]
 fn muscles_that_press_on_one_another_come_to_rest() {
-    let Some(arm) = Actor::arm("upper arm", &["biceps", "brachialis", "triceps"]) else { return };
+    let Some(arm) = Actor::arm(Some("upper arm"), &["biceps", "brachialis", "triceps"]) else { return };
     let options = DynamicsOptions::default();
     for activation in [0.0, 0.25, 0.5, 0.75, 1.0] {
         let (mut simulation, inputs) = arm.held(activation, &options);
@@ -190,7 +191,7 @@ fn muscles_that_press_on_one_another_come_to_rest() {
 
 #[test]
 fn muscles_stay_out_of_bones_and_in_the_skin() {
-    let Some(arm) = Actor::arm("", &[]) else { return };
+    let Some(arm) = Actor::arm(Some(""), &[]) else { return };
     let mut curl = arm.played("biceps_curl", 0..60, &one_by_one());
     let (_, deepest) = curl.depths();
     assert!(deepest.0 <= 0.02 && curl.outside <= 1e-4, "curl: {deepest:?} {}", curl.outside);
@@ -209,7 +210,7 @@ fn muscles_stay_out_of_bones_and_in_the_skin() {
 
 #[test]
 fn a_whole_body_walks_and_jumps() {
-    let Some(body) = Actor::new("mh_male_athletic", "", &[]) else { return };
+    let Some(body) = Actor::new("mh_male_athletic", Some(""), &[]) else { return };
     for (clip, bound) in [("walk", 0.02), ("jump", 0.03)] {
         let mut found = body.played(clip, 0..36, &one_by_one());
         let (most, deepest) = found.depths();
@@ -239,7 +240,7 @@ fn height(arm: &Actor, options: &DynamicsOptions) -> f32 {
 
 #[test]
 fn a_bone_raises_the_muscle_on_it() {
-    let Some(arm) = Actor::arm("", &[]) else { return };
+    let Some(arm) = Actor::arm(Some(""), &[]) else { return };
     let with = height(&arm, &one_by_one());
     let without = height(&arm, &DynamicsOptions { contacts: Contacts::NONE, ..one_by_one() });
     println!("the biceps' surface is {with} m from the bone's axis with bones, {without} m without");

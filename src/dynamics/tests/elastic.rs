@@ -48,9 +48,9 @@ fn the_first_quarter_period_is_that_of_a_string() {
     for frequency in [6.0f32, 12.0, 24.0] {
         let options = DynamicsOptions { frequency, ..free() };
         let error = quarter(240.0, 0.1, 0.4, &options) * 4.0 * f64::from(frequency) - 1.0;
-        // Masses are heavier in the middle than a string's, and an implicit step of 1/240 s lags behind.
-        let bound = if frequency > 12.0 { 0.4 } else { 0.25 };
-        assert!((0.0..bound).contains(&error), "{frequency} Hz: {error}");
+        println!("a quarter period at {frequency} Hz is {:.1} % late", 100.0 * error);
+        // Masses are heavier in the middle than a string's.
+        assert!((0.15..0.25).contains(&error), "{frequency} Hz: {error}");
     }
     let error = quarter(240.0, 0.1, 0.7, &free()) * 4.0 * 12.0 - 1.0;
     assert!(error < -0.25, "a stiffer muscle is quicker: {error}");
@@ -87,7 +87,7 @@ fn the_papers_period_is_proportional_to_the_time_step() {
     let (slow, middle, quick) = (period(60), period(120), period(240));
     assert!((slow / middle - 2.0).abs() < 0.02 && (middle / quick - 2.0).abs() < 0.02, "{slow} {middle} {quick}");
     let compliant = |rate: u32| quarter(f64::from(rate), 0.0, 0.4, &DynamicsOptions { rate, ..free() });
-    assert!(compliant(120) / compliant(240) < 1.25, "compliance has hardly any of that");
+    assert!((compliant(120) / compliant(240) - 1.0).abs() < 0.05, "compliance has hardly any of that");
 }
 
 #[test]
@@ -111,14 +111,21 @@ fn jacobi_is_gauss_seidel_by_the_matching_rule() {
     }
 }
 
+/// Stiffness of a spring between the tendons, N/m, of a muscle whose swing is at the frequency of the options: that of a
+/// string with as much mass and tension, made up for the lag of an implicit step.
+fn stiffness(simulation: &Simulation, options: &DynamicsOptions) -> f64 {
+    let muscle = &simulation.bodies.muscles[0];
+    let (mass, segments) = (f64::from(muscle.insertion.w), f64::from(muscle.segments));
+    let phase = std::f64::consts::TAU * f64::from(options.frequency) * f64::from(options.seconds());
+    4.0 * mass * (f64::from(options.frequency) * phase.tan() / phase).powi(2) * segments / 0.98
+}
+
 /// One substep by alternating directions and a direct solve of the tridiagonal system for the positions, in f64.
 fn direct(simulation: &Simulation, options: &DynamicsOptions) -> Vec<DVec3> {
     let own = &simulation.particles;
     let n = own.len() - 1;
     let h = f64::from(options.seconds());
-    let frequency = f64::from(options.frequency);
-    let mass = f64::from(simulation.bodies.muscles[0].insertion.w);
-    let stiffness = 4.0 * mass * frequency * frequency * n as f64 / 0.98;
+    let stiffness = stiffness(simulation, options);
     let spring = |j: usize| stiffness * h * h * f64::from(own[j].traits.y);
     let start: Vec<DVec3> =
         own.iter().map(|p| (p.position.xyz() + p.velocity.xyz() * options.seconds()).as_dvec3()).collect();
@@ -175,8 +182,7 @@ fn a_substep_is_that_of_a_direct_solve() {
 fn energy(simulation: &Simulation, options: &DynamicsOptions) -> f64 {
     let own = &simulation.particles;
     let n = own.len() - 1;
-    let mass = f64::from(simulation.bodies.muscles[0].insertion.w);
-    let stiffness = 4.0 * mass * f64::from(options.frequency).powi(2) * n as f64 / 0.98;
+    let stiffness = stiffness(simulation, options);
     let kinetic: f64 =
         own[1..n].iter().map(|p| 0.5 / f64::from(p.velocity.w) * p.velocity.xyz().as_dvec3().length_squared()).sum();
     let elastic: f64 = (0..n)

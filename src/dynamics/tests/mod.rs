@@ -2,6 +2,9 @@
 
 mod arm;
 mod elastic;
+mod rest;
+mod shake;
+mod volume;
 
 use super::*;
 use crate::field::muscle::{AxisPoint, MuscleInput, MuscleRest, Profile, straighten};
@@ -46,6 +49,7 @@ pub fn muscles(places: &[Vec3], change: impl Fn(usize, &mut MuscleSpec), touch: 
             ..body::muscle_body(&rest, &spec, &particles)
         });
         bodies.particles_rest.extend(particles);
+        bodies.axes_rest.extend(axis);
     }
     bodies
 }
