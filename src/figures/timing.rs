@@ -126,6 +126,7 @@ impl Skin {
             vertices: vertices as u32,
             muscles: rig.muscles.len() as u32,
             points: rig.point_count,
+            most_segments: rig.most_segments(),
             groups: rig.grids.len() as u32,
         };
         Skin {
