@@ -41,7 +41,7 @@ fn without_an_adapter_what_is_drawn_in_space_is_refused() {
     let run = |extra: &[&str]| sinew_without_adapter().arg("figures").args(extra).arg("-o").arg(&out).output();
     for extra in [&[] as &[&str], &["--only", "5,11"]] {
         let line = refusal(&run(extra).expect("runs"), 4);
-        assert!(line.contains("mesa-vulkan-drivers") && line.contains("--only 4,5,6,13,A16"), "{line}");
+        assert!(line.contains("mesa-vulkan-drivers") && line.contains("--only 4,5,6,8,12,13,A16,T3"), "{line}");
         assert!(names(folder.path()).is_empty());
     }
 }
@@ -49,10 +49,10 @@ fn without_an_adapter_what_is_drawn_in_space_is_refused() {
 #[test]
 fn an_unknown_figure_is_wrong_usage() {
     let folder = tempfile::tempdir().expect("a folder");
-    let output = figures(&folder.path().join("x"), &["--only", "5,12"]);
+    let output = figures(&folder.path().join("x"), &["--only", "5,9"]);
     assert_eq!(output.status.code(), Some(2));
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(text.contains("\"12\" is no figure") && text.contains("3, 4, 5, 6, 7, 11, 13, 14, A16"), "{text}");
+    assert!(text.contains("\"9\" is no figure") && text.contains("7, 8, 11, 12, 13, 14, 15, A16, T3"), "{text}");
     assert!(names(folder.path()).is_empty());
 }
 
@@ -67,7 +67,7 @@ fn every_figure_is_drawn_and_says_what_was_measured() {
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let drawn = found["figures"].as_array().expect("figures");
     let numbers: Vec<_> = drawn.iter().filter_map(|f| f["figure"].as_str()).collect();
-    assert_eq!(numbers, ["3", "4", "5", "6", "7", "11", "13", "14", "A16"]);
+    assert_eq!(numbers, ["2", "3", "4", "5", "6", "7", "8", "11", "12", "13", "14", "15", "A16", "T3"]);
     assert_eq!(names(&out).len(), numbers.len());
     for number in &numbers {
         let (width, height, inked) = picture(&out.join(format!("figure_{number}.png")));
@@ -81,9 +81,16 @@ fn every_figure_is_drawn_and_says_what_was_measured() {
     // The bounds: straight axes within .1 %, a bend of 150 degrees within 1 %; the paper has 3 %.
     assert!(value("13", "largest deviation over the curl") < 0.1);
     assert!(value("13", "largest deviation over a bend of 150 degrees") < 1.0);
+    assert!(value("13", "largest deviation over the curl with dynamics") < 1.0);
+    assert!(value("13", "largest deviation over the shaking with dynamics") < 1.0);
     assert!((value("6", "overlap K of the two shapes") - 0.827_325).abs() < 1e-6);
     let plain = value("4", "largest step of s between neighbours, nearest segment");
     let ours = value("4", "largest step of s between neighbours, algorithm 1");
     assert!(plain > 5.0 * ours, "{plain} {ours}");
     assert!(value("14", "largest movement of the skin") > 4.0);
+    assert!(value("2", "biceps flexed: deviation of its volume").abs() < 1.0);
+    assert!(value("8", "bone: gap at the particle shown").abs() < 0.2);
+    assert!(value("15", "rise of the biceps' surface by the bone") >= 8.0);
+    assert!(value("15", "largest bulge of the skin over the biceps: ratio") >= 1.5);
+    assert!(value("T3", "Arm shake, compliance, red-black, with collisions: CPU") > 0.0);
 }

@@ -11,7 +11,8 @@ use sinew::error::FigureError;
 use sinew::figures::{Arm, Figure, Stage};
 use sinew::io::atomic::FileSet;
 use sinew::io::{gltf, png};
-use sinew::rig::muscle_file;
+use sinew::rig::{Pose, muscle_file};
+use sinew::schedule::DynamicsOptions;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,8 +20,8 @@ use std::time::Instant;
 
 const ARM: &[u8] = include_bytes!("../../assets/arm.glb");
 const MUSCLES: &str = include_str!("../../assets/arm.muscles.toml");
-/// Poses of the curl, from the stretched arm to the bent one.
-const POSES: u32 = 11;
+/// Frames a second of its motions.
+const FPS: f32 = 30.0;
 
 #[derive(Serialize)]
 struct Drawn {
@@ -81,20 +82,26 @@ pub fn run(args: &args::Figures) -> Result<(), Failure> {
     print::result(args.json, &drawn, text)
 }
 
-/// The built-in arm and its curl.
+/// The built-in arm and its motions. Of its curl the first half: it bends the elbow and stretches it again.
 fn arm() -> Result<Arm, Failure> {
     let input = Input { file: "arm.glb".into(), muscles: Some("arm.muscles.toml".into()) };
     let scene = gltf::from_bytes(ARM, "arm").map_err(Failure::input)?;
     let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
-    let rig = load::rig(&input, &scene, &muscles, true, None)?;
-    Ok(Arm { rig: Arc::new(rig), curl: curl(&scene)? })
+    let rig = |dynamics| load::rig(&input, &scene, &muscles, true, dynamics).map(Arc::new);
+    let (curl, shake) = (poses(&scene, "curl")?, poses(&scene, "shake")?);
+    let half = curl.len().div_ceil(2);
+    Ok(Arm {
+        rig: rig(None)?,
+        settled: rig(Some(&DynamicsOptions::default()))?,
+        curl: curl.into_iter().take(half).collect(),
+        shake,
+    })
 }
 
-/// The first half of the clip: it bends the elbow and stretches it again.
-fn curl(scene: &Scene) -> Result<Vec<sinew::rig::Pose>, Failure> {
-    let clip = scene.choose_clip(Some("curl")).map_err(Failure::input)?;
-    let half = (scene.frame_count(clip, 30.0).saturating_sub(1) / 2) as f32 / 30.0;
-    Ok((0..POSES).map(|i| scene.pose(clip, half * i as f32 / (POSES - 1) as f32)).collect())
+/// All frames of a clip.
+fn poses(scene: &Scene, name: &str) -> Result<Vec<Pose>, Failure> {
+    let clip = scene.choose_clip(Some(name)).map_err(Failure::input)?;
+    Ok((0..scene.frame_count(clip, FPS)).map(|frame| scene.pose(clip, frame as f32 / FPS)).collect())
 }
 
 fn failure(error: FigureError) -> Failure {
@@ -115,14 +122,18 @@ struct Device {
 impl Device {
     #[cfg(feature = "gpu")]
     fn open(args: &args::Figures, chosen: &[Figure]) -> Result<Device, Failure> {
-        let wanted = chosen.iter().any(|figure| figure.needs_device());
-        let open = || {
-            crate::device::open(&args.compute.device).map_err(|failure| match failure {
-                Failure::Device(line) => Failure::Device(format!("{line}; {}", without(chosen))),
-                other => other,
-            })
-        };
-        Ok(Device { headless: if wanted { Some(open()?) } else { None } })
+        let needed = chosen.iter().any(|figure| figure.needs_device());
+        if !needed && !chosen.iter().any(|figure| figure.measures_device()) {
+            return Ok(Device { headless: None });
+        }
+        let named = matches!(args.compute.device, args::Device::Named(_));
+        match crate::device::open(&args.compute.device) {
+            Ok(headless) => Ok(Device { headless: Some(headless) }),
+            // What only measures a device goes without one that nobody asked for.
+            Err(Failure::Device(_)) if !needed && !named => Ok(Device { headless: None }),
+            Err(Failure::Device(line)) => Err(Failure::Device(format!("{line}; {}", without(chosen)))),
+            Err(other) => Err(other),
+        }
     }
 
     #[cfg(not(feature = "gpu"))]

@@ -30,6 +30,7 @@ pub(crate) mod jiggle;
 pub mod joints;
 pub mod predict;
 pub mod project;
+mod residual;
 mod simulation;
 
 #[cfg(feature = "gpu")]
@@ -42,6 +43,7 @@ pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};
 pub use clock::{Clock, StepClock, Turn};
 pub use contact::Surroundings;
 pub use joints::MovedJoint;
+pub use residual::{Residual, residuals};
 pub use simulation::{Simulation, Skins, settle};
 
 #[cfg(test)]

@@ -1,15 +1,14 @@
 //! Figure 14: the bent arm, the same with a wider biceps, and where they differ.
 
+use super::actor::{Actor, camera};
 use super::plot::{Axis, INK, Label, Page, Rect, bar};
 use super::scene::{Studio, linear};
 use super::{Arm, Drawn, Finding};
 use crate::error::FigureError;
-use crate::gpu::{Headless, Instance, Kernels, Output, RigBuffers, readback};
-use crate::render::{Camera, ColorMesh, Direction, Frame, Light, Look, SkinMesh, Surface, View};
-use crate::rig::{FrameInputs, Image, Key, Keyed, Pose, Rig};
-use crate::skinning::{self, SkinInput};
-use glam::{Mat4, Vec3, Vec4, Vec4Swizzles};
-use std::sync::Arc;
+use crate::gpu::Headless;
+use crate::render::{ColorMesh, View};
+use crate::rig::{Key, Keyed, Pose};
+use glam::Vec3;
 
 /// Which muscle is made wider, and by which factor.
 const MUSCLE: &str = "biceps";
@@ -17,14 +16,6 @@ const WIDER: f32 = 1.3;
 const PANEL: [u32; 2] = [460, 470];
 const TITLE: u32 = 60;
 const BAR: u32 = 100;
-/// From the inner side, where the biceps shows.
-const DIRECTION: Direction = Direction { azimuth: -75.0, elevation: 5.0 };
-
-/// A skin as deformed: positions and normals.
-struct Skin {
-    positions: Vec<Vec3>,
-    normals: Vec<Vec3>,
-}
 
 /// The pose with the muscle's width scaled.
 fn widened(pose: &Pose, factor: f32) -> Pose {
@@ -46,60 +37,18 @@ fn moved_color(share: f64) -> [u8; 3] {
     std::array::from_fn(|c| (FROM[c] + (TO[c] - FROM[c]) * share).round() as u8)
 }
 
-/// The camera that holds a pose, by linear skinning: fields move the skin by less than the camera's margin.
-fn camera(rig: &Rig, pose: &Pose, aspect: f32) -> Result<Camera, FigureError> {
-    let inputs = FrameInputs::new(rig, pose)?;
-    let mut skinned = vec![Vec4::ZERO; rig.character.vertex_count()];
-    let input = SkinInput {
-        joints: &inputs.joints,
-        positions_rest: &rig.positions_rest,
-        offsets: &rig.character.influence_offsets,
-        influences: &rig.character.influences,
-    };
-    skinning::linear(&input, &mut skinned);
-    Ok(Camera::around(&skinned.iter().map(|p| p.xyz()).collect::<Vec<_>>(), DIRECTION, aspect))
-}
-
-/// The skin in several poses, deformed on the device and drawn from there.
-fn deformed(
-    studio: &Studio<'_>,
-    rig: &Arc<Rig>,
-    poses: &[Pose],
-    camera: &Camera,
-) -> Result<Vec<(Skin, Image)>, FigureError> {
-    let headless = studio.headless();
-    let (device, queue) = (&headless.device, &headless.queue);
-    let kernels = Kernels::new(device)?;
-    let buffers = Arc::new(RigBuffers::upload(device, Arc::clone(rig))?);
-    let mut instance = Instance::new(&kernels, device, queue, &buffers, Output::Owned)?;
-    let look = Arc::new(Look::of(headless, studio.renderer(), &rig.character)?);
-    let mesh = SkinMesh::of(headless, &look, &rig.character)?;
-    let mut drawn = Vec::new();
-    for pose in poses {
-        instance.set_pose(queue, pose)?;
-        let output = instance.output().clone();
-        let surfaces = [Surface { mesh: &mesh, vertices: output.slice(..), model: Mat4::IDENTITY }];
-        let frame =
-            Frame { camera, view: View::Skin, light: Light::Paper, surfaces: &surfaces, solids: &[], marks: &[] };
-        let image = studio.deformed(&frame, &mut instance)?;
-        let vertices: Vec<[f32; 6]> = readback::read(headless, &output, ..rig.character.vertex_count())?;
-        let skin = Skin {
-            positions: vertices.iter().map(|v| Vec3::new(v[0], v[1], v[2])).collect(),
-            normals: vertices.iter().map(|v| Vec3::new(v[3], v[4], v[5])).collect(),
-        };
-        drawn.push((skin, image));
-    }
-    Ok(drawn)
-}
-
 /// The figure.
 pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureError> {
     let bend = arm.curl.last().cloned().unwrap_or_default();
     let studio = Studio::new(headless, PANEL[0], PANEL[1])?;
-    let poses = [bend.clone(), widened(&bend, WIDER)];
-    let camera = camera(&arm.rig, &bend, studio.aspect())?;
-    let (skins, mut images): (Vec<Skin>, Vec<Image>) =
-        deformed(&studio, &arm.rig, &poses, &camera)?.into_iter().unzip();
+    let camera = camera(&arm.rig, &[&bend], studio.aspect())?;
+    let mut actor = Actor::new(&studio, &arm.rig, None)?;
+    let (mut skins, mut images) = (Vec::new(), Vec::new());
+    for pose in [bend.clone(), widened(&bend, WIDER)] {
+        let seen = actor.show(&pose)?;
+        images.push(actor.draw(&camera, &pose, &seen, View::Skin)?);
+        skins.push(seen);
+    }
     let most = farthest(&skins[0].positions, &skins[1].positions);
     let moved = skins[0].positions.iter().zip(&skins[1].positions).map(|(a, b)| a.distance(*b));
     let map = ColorMesh {

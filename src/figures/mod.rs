@@ -1,21 +1,33 @@
 //! The figures of the muscle paper (A), drawn by this project's code from this project's fields.
 //!
-//! A figure is drawn on a [`Stage`]: plots need nothing of it, figures in space a device, and two of them the built-in
+//! A figure is drawn on a [`Stage`]: plots need nothing of it, figures in space a device, and those of motion the built-in
 //! arm. Beside the picture a figure gives what was measured for it.
 
 #[cfg(feature = "gpu")]
+mod actor;
+#[cfg(feature = "gpu")]
 mod anatomy;
+#[cfg(feature = "gpu")]
+mod collisions;
+mod constraints;
 #[cfg(feature = "gpu")]
 mod curl;
 #[cfg(feature = "gpu")]
 mod fibres;
+#[cfg(feature = "gpu")]
+mod flexion;
+mod motion;
 pub mod plot;
 mod profiles;
 mod projection;
 #[cfg(feature = "gpu")]
 mod scene;
+mod section;
+mod solvers;
 #[cfg(feature = "gpu")]
 mod states;
+mod times;
+mod timing;
 mod volume;
 
 use crate::error::FigureError;
@@ -27,6 +39,8 @@ use std::sync::Arc;
 /// One of the paper's figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
+    /// 2: the arm at rest, activated and flexed.
+    Flexion,
     /// 3: the anatomy of one muscle.
     Anatomy,
     /// 4: the projection on the axis, plain and ours.
@@ -37,23 +51,35 @@ pub enum Figure {
     Activation,
     /// 7: muscles of several fibres.
     Fibres,
+    /// 8: the constraints of a muscle.
+    Constraints,
     /// 11: calf and back in their states.
     States,
-    /// 13, top: volume over a curl.
+    /// 12: time over the number of particles.
+    Times,
+    /// 13: volume over a curl and a lively motion.
     Volume,
     /// 14: a wider muscle under the skin.
     Width,
+    /// 15: the bent arm without muscles, without collisions and with them.
+    Collisions,
     /// A.16: profiles of several shapes.
     Profiles,
+    /// Table 3: time without and with collisions.
+    Solvers,
 }
 
-/// The built-in arm, for the figures that show a curl.
+/// The built-in arm, for the figures that show motion.
 #[derive(Debug)]
 pub struct Arm {
-    /// The arm with its fields and muscles.
+    /// The arm with its fields and muscles, their axes straight at rest.
     pub rig: Arc<Rig>,
-    /// Poses from the stretched arm to the bent one, evenly spaced.
+    /// The same with axes where the dynamics let them come to rest.
+    pub settled: Arc<Rig>,
+    /// Poses from the stretched arm to the bent one, 30 a second.
     pub curl: Vec<Pose>,
+    /// The arm shaken, 30 poses a second.
+    pub shake: Vec<Pose>,
 }
 
 /// What figures are drawn on and from.
@@ -88,59 +114,81 @@ pub struct Drawn {
 
 impl Figure {
     /// All figures in the paper's order.
-    pub const ALL: [Figure; 9] = [
+    pub const ALL: [Figure; 14] = [
+        Figure::Flexion,
         Figure::Anatomy,
         Figure::Projection,
         Figure::Sections,
         Figure::Activation,
         Figure::Fibres,
+        Figure::Constraints,
         Figure::States,
+        Figure::Times,
         Figure::Volume,
         Figure::Width,
+        Figure::Collisions,
         Figure::Profiles,
+        Figure::Solvers,
     ];
 
     /// Its number in the paper.
     pub fn number(self) -> &'static str {
         match self {
+            Figure::Flexion => "2",
             Figure::Anatomy => "3",
             Figure::Projection => "4",
             Figure::Sections => "5",
             Figure::Activation => "6",
             Figure::Fibres => "7",
+            Figure::Constraints => "8",
             Figure::States => "11",
+            Figure::Times => "12",
             Figure::Volume => "13",
             Figure::Width => "14",
+            Figure::Collisions => "15",
             Figure::Profiles => "A16",
+            Figure::Solvers => "T3",
         }
     }
 
     /// What it shows, in a few words.
     pub fn title(self) -> &'static str {
         match self {
+            Figure::Flexion => "arm at rest, activated and flexed",
             Figure::Anatomy => "anatomy of one muscle",
             Figure::Projection => "projection on the axis, nearest segment and ours",
             Figure::Sections => "elliptic sections of equal area",
             Figure::Activation => "profile from rest to activation",
             Figure::Fibres => "pectoral and shoulder muscles as fibres",
+            Figure::Constraints => "constraints of a muscle",
             Figure::States => "calf least and most activated, and a back muscle",
-            Figure::Volume => "volume over a curl and over a bend",
+            Figure::Times => "time a frame over the particles of a muscle",
+            Figure::Volume => "volume over a curl, a shaking and a bend",
             Figure::Width => "curl, and the same with a wider muscle",
+            Figure::Collisions => "bent arm without muscles, without collisions and with them",
             Figure::Profiles => "profiles of several shapes",
+            Figure::Solvers => "time of the dynamics without and with collisions",
         }
     }
 
     /// Whether it is drawn in space, on a device.
     pub fn needs_device(self) -> bool {
-        matches!(self, Figure::Anatomy | Figure::Fibres | Figure::States | Figure::Width)
+        use Figure::{Anatomy, Collisions, Fibres, Flexion, States, Width};
+        matches!(self, Flexion | Anatomy | Fibres | States | Width | Collisions)
+    }
+
+    /// Whether it measures the device, where there is one.
+    pub fn measures_device(self) -> bool {
+        matches!(self, Figure::Times | Figure::Solvers)
     }
 
     /// Whether it shows the built-in arm.
     pub fn needs_arm(self) -> bool {
-        matches!(self, Figure::Volume | Figure::Width)
+        use Figure::{Collisions, Constraints, Flexion, Volume, Width};
+        matches!(self, Flexion | Constraints | Volume | Width | Collisions) || self.measures_device()
     }
 
-    /// Draws it. The same stage gives the same bytes.
+    /// Draws it. The same stage gives the same bytes, but for times.
     ///
     /// # Errors
     /// [`FigureError::Lacks`] where the stage is missing something; otherwise what drawing met.
@@ -150,7 +198,12 @@ impl Figure {
             Figure::Sections => profiles::sections(),
             Figure::Activation => profiles::activation(),
             Figure::Profiles => profiles::profiles(),
+            Figure::Constraints => constraints::figure(self.arm(stage)?),
             Figure::Volume => volume::figure(self.arm(stage)?),
+            Figure::Times => times::figure(stage),
+            Figure::Solvers => solvers::figure(stage),
+            #[cfg(feature = "gpu")]
+            Figure::Flexion => flexion::figure(self.device(stage)?, self.arm(stage)?),
             #[cfg(feature = "gpu")]
             Figure::Anatomy => anatomy::figure(self.device(stage)?),
             #[cfg(feature = "gpu")]
@@ -159,10 +212,10 @@ impl Figure {
             Figure::States => states::figure(self.device(stage)?),
             #[cfg(feature = "gpu")]
             Figure::Width => curl::figure(self.device(stage)?, self.arm(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::Collisions => collisions::figure(self.device(stage)?, self.arm(stage)?),
             #[cfg(not(feature = "gpu"))]
-            Figure::Anatomy | Figure::Fibres | Figure::States | Figure::Width => {
-                Err(self.lacks("a graphics adapter, and sinew built with feature `gpu`"))
-            }
+            _ => Err(self.lacks("a graphics adapter, and sinew built with feature `gpu`")),
         }
     }
 
@@ -171,7 +224,7 @@ impl Figure {
     }
 
     fn arm<'a>(self, stage: &Stage<'a>) -> Result<&'a Arm, FigureError> {
-        stage.arm.filter(|arm| !arm.curl.is_empty()).ok_or_else(|| self.lacks("the built-in arm in a curl"))
+        stage.arm.filter(|arm| !arm.curl.is_empty()).ok_or_else(|| self.lacks("the built-in arm in motion"))
     }
 
     #[cfg(feature = "gpu")]
@@ -215,8 +268,8 @@ mod tests {
             assert_eq!(figure.number().parse::<Figure>().ok(), Some(figure));
         }
         assert_eq!("a.16".parse::<Figure>().ok(), Some(Figure::Profiles));
-        let error = "2".parse::<Figure>().expect_err("not ours").to_string();
-        assert!(error.contains("\"2\" is no figure") && error.contains("3, 4, 5"), "{error}");
+        let error = "9".parse::<Figure>().expect_err("not ours").to_string();
+        assert!(error.contains("\"9\" is no figure") && error.contains("3, 4, 5"), "{error}");
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Figures in space: simple solids, and pictures of them on white with places to write labels at.
 
-use super::plot::Page;
+use super::plot::{Label, PALE, Page};
 use crate::error::FigureError;
 use crate::field::muscle::mesh::{Detail, Surface, surface};
 use crate::field::muscle::{AxisPoint, MuscleFrame};
-use crate::gpu::{Headless, Instance};
+use crate::gpu::Headless;
 use crate::render::{Camera, ColorMesh, Frame, Light, Picture, Renderer, Targets, View};
 use crate::rig::Image;
 use glam::{Mat3, Vec3, Vec4Swizzles};
@@ -139,20 +139,14 @@ impl<'a> Studio<'a> {
 
     /// Draws solids on white.
     pub(super) fn solids(&self, camera: &Camera, solids: &[ColorMesh]) -> Result<Image, FigureError> {
-        let frame = Frame { camera, view: View::Muscles, light: Light::Paper, surfaces: &[], solids, marks: &[] };
-        let picture = self.renderer.draw(self.headless, &self.targets, &frame)?;
-        Ok(image(picture))
+        self.frame(&Frame { camera, view: View::Muscles, light: Light::Paper, surfaces: &[], solids, marks: &[] })
     }
 
-    /// Draws a character's deformer's work and then its frame.
-    pub(super) fn deformed(&self, frame: &Frame<'_>, instance: &mut Instance) -> Result<Image, FigureError> {
-        let work = |encoder: &mut _| instance.encode(encoder);
-        Ok(image(self.renderer.draw_after(self.headless, &self.targets, frame, work)?))
+    /// Draws a frame.
+    pub(super) fn frame(&self, frame: &Frame<'_>) -> Result<Image, FigureError> {
+        let Picture { width, height, rgba } = self.renderer.draw(self.headless, &self.targets, frame)?;
+        Ok(Image { width, height, rgba })
     }
-}
-
-fn image(picture: Picture) -> Image {
-    Image { width: picture.width, height: picture.height, rgba: picture.rgba }
 }
 
 /// A picture's camera with its place on a page: where a point in space is drawn.
@@ -181,6 +175,28 @@ impl Shown<'_> {
 pub(super) fn place<'a>(page: &mut Page, image: &Image, camera: &'a Camera, left: u32, top: u32) -> Shown<'a> {
     page.paste(image, left, top);
     Shown { camera, corner: [left, top], size: [image.width, image.height] }
+}
+
+/// Rows of pictures of one size, each column between its title and its note.
+pub(super) fn sheet(titles: &[&str], rows: &[Vec<Image>], notes: &[String]) -> Result<Page, FigureError> {
+    const TITLE: u32 = 56;
+    const NOTE: u32 = 44;
+    let [width, height] = rows.iter().flatten().next().map_or([1, 1], |image| [image.width, image.height]);
+    let mut page = Page::new(width * titles.len() as u32, TITLE + height * rows.len() as u32 + NOTE)?;
+    for (column, title) in (0..).zip(titles) {
+        for (row, images) in (0..).zip(rows) {
+            if let Some(image) = images.get(column as usize) {
+                page.paste(image, column * width, TITLE + row * height);
+            }
+        }
+        let middle = (f64::from(column) + 0.5) * f64::from(width);
+        Label::new(title, 20.0).draw(&mut page, middle, 28.0)?;
+        if let Some(note) = notes.get(column as usize) {
+            let bottom = f64::from(page.size().1);
+            Label::new(note, 16.0).color(PALE).draw(&mut page, middle, bottom - 24.0)?;
+        }
+    }
+    Ok(page)
 }
 
 /// The linear value of an sRGB colour, for solids that match what a page writes.

@@ -163,6 +163,15 @@ impl Headless {
         self.queue.submit([encoder.finish()]);
     }
 
+    /// Records commands, submits them and waits until they are done.
+    ///
+    /// # Errors
+    /// As [`wait`](Headless::wait).
+    pub fn run(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Result<(), DeviceError> {
+        self.submit(record);
+        self.wait()
+    }
+
     /// Waits until everything submitted so far is done.
     ///
     /// # Errors

@@ -1,0 +1,187 @@
+//! Figure 15: the bent arm without muscles, with muscles that pass through bones, and with muscles that bones hold off.
+//!
+//! The built-in arm's skin was made round muscles whose axes are straight, through bones. Where the dynamics settle the
+//! muscles at rest, bones have raised them there already, and the same skin is to lie under them: the last column.
+
+use super::actor::{Actor, Seen, camera};
+use super::motion::{BICEPS, away, flexed, humerus, muscle};
+use super::scene::{Studio, sheet};
+use super::{Arm, Drawn, Figure, Finding};
+use crate::dynamics::Particle;
+use crate::error::FigureError;
+use crate::gpu::Headless;
+use crate::render::View;
+use crate::rig::{BuildOptions, Pose, Rig};
+use crate::schedule::{Contacts, DynamicsOptions};
+use glam::{Vec3, Vec4Swizzles};
+use std::sync::Arc;
+
+const PANEL: [u32; 2] = [430, 440];
+const TITLES: [&str; 4] = [
+    "Implicit Skinning alone",
+    "Muscles without collisions",
+    "Muscles and bones collide",
+    "They collide, and have settled at rest",
+];
+/// The three columns with muscles, in the findings.
+const CASES: [&str; 3] = ["without collisions", "with collisions", "with collisions, settled at rest"];
+/// Cosine of the angle round the bone within which skin is over the biceps.
+const OVER: f32 = 0.8;
+/// Shares of the humerus's length between which it is over the belly, above the fold of the elbow.
+const BELLY: std::ops::Range<f32> = 0.3..0.7;
+
+fn without_collisions() -> DynamicsOptions {
+    DynamicsOptions { contacts: Contacts::NONE, ..DynamicsOptions::default() }
+}
+
+/// Farthest of a muscle's surface from a line, metres, and the direction in which its axis is farthest.
+fn farthest(own: &[Particle], line: [Vec3; 2]) -> (f32, Vec3) {
+    own.iter().fold((0.0, Vec3::ZERO), |(most, direction), p| {
+        let offset = away(line, p.position.xyz());
+        let height = offset.length() + p.position.w;
+        if height > most { (height, offset.normalize_or_zero()) } else { (most, direction) }
+    })
+}
+
+/// How far vertices over a muscle's belly stand out of the skin without muscles, along its normals, metres: of those that
+/// `on_bone` has, the ones on the side of the line to which the muscle lies.
+fn bulge(bare: &Seen, skin: &[Vec3], on_bone: impl Fn(usize) -> bool, line: [Vec3; 2], toward: Vec3) -> Vec<f32> {
+    let span = line[1] - line[0];
+    let places = bare.positions.iter().zip(&bare.normals).zip(skin).enumerate();
+    let over = |p: Vec3| {
+        let along = (p - line[0]).dot(span) / span.length_squared();
+        away(line, p).normalize_or_zero().dot(toward) > OVER && BELLY.contains(&along)
+    };
+    let chosen = places.filter(|(v, ((p, _), _))| on_bone(*v) && over(**p));
+    chosen.map(|(_, ((p, normal), moved))| (*moved - *p).dot(*normal)).collect()
+}
+
+/// The figure.
+pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureError> {
+    let lacks = || Figure::Collisions.lacks("the built-in arm's biceps and humerus");
+    let poses = flexed(arm);
+    let (last, before) = poses.split_last().ok_or_else(lacks)?;
+    let index = muscle(&arm.rig, BICEPS).ok_or_else(lacks)?;
+    let (line, bone) = humerus(&arm.rig, last).ok_or_else(lacks)?;
+    let joint = arm.rig.muscles[index].origin_joint;
+    let bare = Arc::new(Rig::build(arm.rig.character.clone(), &[], &BuildOptions::default())?);
+    let studio = Studio::new(headless, PANEL[0], PANEL[1])?;
+    let camera = camera(&arm.rig, &[last], studio.aspect())?;
+    let moving = Some(DynamicsOptions::default());
+    let cases = [(&bare, None), (&arm.rig, Some(without_collisions())), (&arm.rig, moving), (&arm.settled, moving)];
+    let rest = &arm.rig.muscles[index];
+    let own = |seen: &Seen| seen.particles[rest.first_point as usize..][..=rest.segments as usize].to_vec();
+    let mut stretched = Vec::new();
+    let (mut rows, mut seen) = ([Vec::new(), Vec::new()], Vec::new());
+    for (rig, dynamics) in cases {
+        let mut actor = Actor::new(&studio, rig, dynamics)?;
+        if let Some((start, others)) = before.split_first() {
+            let start = Pose { activations: vec![0.0; rig.specs.len()], ..start.clone() };
+            let at_first = actor.show(&start)?;
+            if dynamics.is_some() {
+                let (line, _) = humerus(&arm.rig, &start).ok_or_else(lacks)?;
+                stretched.push(farthest(&own(&at_first), line).0);
+                actor.pass(others)?;
+            }
+        }
+        let frame = actor.show(last)?;
+        rows[0].push(actor.draw(&camera, last, &frame, View::Skin)?);
+        rows[1].push(actor.draw(&camera, last, &frame, View::Xray)?);
+        seen.push(frame);
+    }
+    let (_, toward) = farthest(&own(&seen[2]), line);
+    let flexed = [1, 2, 3].map(|case| farthest(&own(&seen[case]), line).0);
+    // The bent forearm lies on the same side of the humerus.
+    let of_upper_arm = |v: usize| arm.rig.character.influences_of(v).iter().any(|i| i.joint == joint && i.weight > 0.5);
+    let bulges = [1, 2, 3].map(|case| bulge(&seen[0], &seen[case].positions, of_upper_arm, line, toward));
+    let note = |case: usize| {
+        let [surface, skin] = [flexed[case], mean(&bulges[case])].map(|metres| metres * 1000.0);
+        format!("biceps at {surface:.1} mm, skin raised {skin:.1} mm")
+    };
+    let notes = [String::new(), note(0), note(1), note(2)];
+    let rises = Rises { flexed, stretched, bone, bulges };
+    Ok(Drawn { image: sheet(&TITLES, &rows, &notes)?.finish(), findings: rises.findings() })
+}
+
+fn mean(values: &[f32]) -> f32 {
+    values.iter().sum::<f32>() / values.len().max(1) as f32
+}
+
+/// How far the biceps and the skin over it rise, metres, in the three cases.
+struct Rises {
+    /// Largest distance of the muscle's surface from the humerus's axis, flexed.
+    flexed: [f32; 3],
+    /// The same with the arm stretched and nothing activated.
+    stretched: Vec<f32>,
+    /// Radius of the humerus.
+    bone: f32,
+    /// Distances of the skin over the muscle from the skin without muscles.
+    bulges: [Vec<f32>; 3],
+}
+
+impl Rises {
+    /// What "raised so many times" can mean, all of it; ratios are those of the first two cases.
+    fn findings(&self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        let mut add = |name: String, values: [f32; 3]| {
+            for (value, case) in values.into_iter().zip(CASES) {
+                findings.push(Finding::new(format!("{name}, {case}"), f64::from(value) * 1000.0, "mm"));
+            }
+            let ratio = f64::from(values[1] / values[0].max(1e-9));
+            findings.push(Finding::new(format!("{name}: ratio"), ratio, ""));
+        };
+        let swelling = [0, 1, 2].map(|i| self.flexed[i] - self.stretched.get(i).copied().unwrap_or_default());
+        let most = |values: &Vec<f32>| values.iter().copied().fold(0.0, f32::max);
+        add("biceps' surface from the humerus's axis".into(), self.flexed);
+        add("biceps' surface from the humerus's surface".into(), self.flexed.map(|height| height - self.bone));
+        add("rise of the biceps' surface from the stretched arm".into(), swelling);
+        add("mean bulge of the skin over the biceps".into(), self.bulges.each_ref().map(|b| mean(b)));
+        add("largest bulge of the skin over the biceps".into(), self.bulges.each_ref().map(most));
+        let rise = f64::from(self.flexed[1] - self.flexed[0]) * 1000.0;
+        findings.push(Finding::new("rise of the biceps' surface by the bone", rise, "mm"));
+        findings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::motion::{Play, tests::arm};
+    use super::*;
+
+    fn height(arm: &Arm, rig: &Rig, options: &DynamicsOptions) -> f32 {
+        let poses = flexed(arm);
+        let mut play = Play::new(rig, options);
+        play.all(&poses).expect("frames");
+        let rest = &rig.muscles[muscle(rig, BICEPS).expect("a biceps")];
+        let own = &play.simulation.particles[rest.first_point as usize..][..=rest.segments as usize];
+        let (line, _) = humerus(rig, poses.last().expect("poses")).expect("a humerus");
+        farthest(own, line).0
+    }
+
+    #[test]
+    fn the_bone_raises_the_biceps() {
+        let arm = arm();
+        let [with, without] =
+            [height(&arm, &arm.settled, &DynamicsOptions::default()), height(&arm, &arm.rig, &without_collisions())];
+        assert!(with - without >= 8e-3, "{with} {without}");
+        let contacts = Contacts { bones: false, ..Contacts::ALL };
+        let through = height(&arm, &arm.rig, &DynamicsOptions { contacts, ..without_collisions() });
+        assert!(through - without < 8e-3, "it is the bone that does: {through} {without}");
+    }
+
+    #[test]
+    fn a_bulge_counts_over_the_muscle_alone() {
+        let bare = Seen {
+            positions: [[0.05, 0.15], [-0.05, 0.15], [0.05, 0.25], [0.05, 0.15]]
+                .map(|[x, y]| Vec3::new(x, y, 0.0))
+                .to_vec(),
+            normals: vec![Vec3::X, Vec3::NEG_X, Vec3::X, Vec3::X],
+            muscles: Vec::new(),
+            axes: Vec::new(),
+            particles: Vec::new(),
+        };
+        let moved: Vec<Vec3> = bare.positions.iter().zip(&bare.normals).map(|(p, n)| *p + *n * 0.01).collect();
+        let found = bulge(&bare, &moved, |v| v < 3, [Vec3::ZERO, Vec3::Y * 0.3], Vec3::X);
+        assert!(found.len() == 1 && (found[0] - 0.01).abs() < 1e-6, "{found:?}");
+    }
+}
