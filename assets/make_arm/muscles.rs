@@ -22,9 +22,13 @@ pub struct Muscle {
     /// Profile exponents.
     exponents: (u32, u32),
     eccentricity: f64,
-    /// Largest radius at rest with eccentricity 0, metres.
+    /// Largest radius at rest with eccentricity 0, metres, of the flesh that shapes the skin.
     width: f64,
 }
+
+/// How wide a muscle is, of its flesh. The flesh lies on a straight axis and encloses bone; a muscle in motion is pushed
+/// off the bone, and at its full width would stand out of the skin.
+const MUSCLE_SHARE: f64 = 0.8;
 
 /// Exponents of the muscles that bend the elbow when they are fully active: higher and fuller than at rest, not a ball.
 const ACTIVE: (u32, u32) = (4, 4);
@@ -140,7 +144,7 @@ impl Muscle {
         (in_bone(&skeleton.upperarm), in_bone(&skeleton.lowerarm))
     }
 
-    /// The muscle at rest as a sweep in scene space.
+    /// The flesh at rest as a sweep in scene space.
     pub fn sweep(&self, skeleton: &Skeleton) -> Sweep {
         let (alpha, beta) = (f64::from(self.exponents.0), f64::from(self.exponents.1));
         let long = (skeleton.upperarm.rotation * self.normals(skeleton).0).normalize();
@@ -174,7 +178,7 @@ impl Muscle {
             self.exponents.0,
             self.exponents.1,
             self.eccentricity,
-            self.width,
+            MUSCLE_SHARE * self.width,
         )
     }
 }
@@ -184,7 +188,7 @@ pub fn muscle_file(skeleton: &Skeleton) -> String {
     let mut text = String::from(
         "\
 # The muscles of the built-in arm. `cargo run --example make-arm -- assets` writes this file: the same numbers
-# shape the skin of arm.glb, so every bulge that you see has its muscle here.
+# shape the skin of arm.glb, so every bulge that you see has its muscle here. A muscle is 0.8 of its flesh's width.
 #
 # Lengths are metres. A bone's own space at rest has Y along the bone, X towards the body's midline and Z to the
 # front; `offset` and `normal` are in that space.

@@ -126,8 +126,8 @@ fn depth(p: DVec3, corners: &[[DVec3; 3]]) -> f64 {
     if angle > std::f64::consts::PI { nearest } else { -nearest }
 }
 
-/// Least depth of every muscle's surface under the skin.
-fn muscle_depths(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<(&'static str, f64)> {
+/// Least depth of the surface of every muscle's flesh under the skin.
+fn flesh_depths(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<(&'static str, f64)> {
     let corners: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|i| positions[i as usize])).collect();
     let skeleton = Skeleton::bind();
     let least = |muscle: &muscles::Muscle| {
@@ -209,13 +209,13 @@ fn weights_change_gently_along_the_arm() {
 }
 
 #[test]
-fn muscles_lie_just_under_the_skin() {
+fn flesh_lies_just_under_the_skin() {
     let model = model("arm.glb");
-    let depths = muscle_depths(&model.positions, &model.triangles);
+    let depths = flesh_depths(&model.positions, &model.triangles);
     assert!(depths.iter().all(|(_, depth)| (0.001..0.004).contains(depth)), "metres under the skin: {depths:?}");
     // Under a skin that is 3 mm thinner everywhere they poke out.
     let thin: Vec<DVec3> = model.positions.iter().zip(&model.normals).map(|(p, n)| *p - *n * 0.003).collect();
-    assert!(muscle_depths(&thin, &model.triangles).iter().all(|&(_, depth)| depth < 0.001));
+    assert!(flesh_depths(&thin, &model.triangles).iter().all(|&(_, depth)| depth < 0.001));
 }
 
 #[test]
