@@ -184,6 +184,7 @@ fn muscles_against_each_other_drift_within_bounds() {
     agree("the first frame", &first);
     let worst = curled(&gpu, &arm, &options, 20, true);
     println!("arm with muscle contacts, 20 frames each from one state: {}", figures(&worst));
+    agree("frames from one state", &worst);
     let worst = curled(&gpu, &arm, &options, 120, false);
     println!("arm with muscle contacts, 120 frames by themselves: {}", figures(&worst));
     let particles = worst.iter().find(|s| s.stage == "particles").expect("particles");

@@ -166,7 +166,8 @@ fn parity_of_the_arm_is_in_tolerance() {
     let found: serde_json::Value = serde_json::from_str(&printed(&output)).expect("JSON");
     let stages = found["stages"].as_array().expect("stages");
     let named: Vec<_> = stages.iter().filter_map(|s| s["stage"].as_str()).collect();
-    assert_eq!(named, ["skinned", "muscles", "muscle axes", "tracked", "output positions", "output normals"]);
+    let all = ["skinned", "muscles", "muscle axes", "particles", "tracked", "output positions", "output normals"];
+    assert_eq!(named, all);
     assert!(stages.iter().all(|s| s["pass"] == true), "{found}");
     assert_eq!(found["frames"].as_array().map(Vec::len), Some(6));
 }

@@ -14,7 +14,6 @@ override MIN_LENGTH: f32;
 override LEAST_SUPPORT_RADII: f32;
 override ROUNDING: f32;
 override PI: f32;
-override SMOOTHING: u32;
 
 // Puts the points evenly on the straight line between the ends.
 fn straighten(first: u32, segments: u32, origin: vec3<f32>, insertion: vec3<f32>) {
@@ -26,7 +25,7 @@ fn straighten(first: u32, segments: u32, origin: vec3<f32>, insertion: vec3<f32>
 
 // Smooths the inner points by binomial passes.
 fn smooth_axis(first: u32, segments: u32) {
-    for (var k = 0u; k < SMOOTHING; k++) {
+    for (var k = 0u; k < AXIS_SMOOTHING; k++) {
         var before = axes[first].position;
         for (var i = 1u; i < segments; i++) {
             let own = axes[first + i].position;

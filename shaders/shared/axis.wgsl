@@ -3,6 +3,7 @@
 override AXIS_CLEAR_TURN: f32;
 override AXIS_CLEAR_SHARE: f32;
 override AXIS_NO_DIRECTION: f32;
+override AXIS_SMOOTHING: u32;
 
 // Unit vector across `from` towards `to` (zero where they are parallel or opposite), and the angle between them.
 fn axis_between(a: vec3<f32>, b: vec3<f32>) -> vec4<f32> {
@@ -76,6 +77,20 @@ fn axis_measure(first: u32, segments: u32) -> f32 {
     return length;
 }
 
+// Smooths the inner normals by binomial passes.
+fn axis_smooth_normals(first: u32, segments: u32) {
+    for (var k = 0u; k < AXIS_SMOOTHING; k++) {
+        var before = axes[first].normal.xyz;
+        for (var i = 1u; i < segments; i++) {
+            let own = axes[first + i].normal.xyz;
+            let wanted = (before + axes[first + i + 1u].normal.xyz) * 0.25 + own * 0.5;
+            let along = axes[first + i - 1u].tangent.xyz + axes[first + i].tangent.xyz;
+            axes[first + i].normal = vec4<f32>(axis_across(wanted, along), 0.0);
+            before = own;
+        }
+    }
+}
+
 // Fills in everything but the positions of an axis; returns its length.
 fn axis_frame(first: u32, segments: u32, origin_normal: vec3<f32>, insertion_normal: vec3<f32>) -> f32 {
     let length = axis_measure(first, segments);
@@ -104,6 +119,7 @@ fn axis_frame(first: u32, segments: u32, origin_normal: vec3<f32>, insertion_nor
         previous = select(normal, -normal, math_dot(normal, previous) < 0.0);
         axes[first + i].normal = vec4<f32>(previous, 0.0);
     }
+    axis_smooth_normals(first, segments);
     for (var i = 0u; i < segments; i++) {
         let turn = axis_between(axes[first + i].normal.xyz, axes[first + i + 1u].normal.xyz);
         axes[first + i].normal.w = turn.w;

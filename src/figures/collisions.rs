@@ -1,7 +1,4 @@
 //! Figure 15: the bent arm without muscles, with muscles that pass through bones, and with muscles that bones hold off.
-//!
-//! The built-in arm's skin was made round muscles whose axes are straight, through bones. Where the dynamics settle the
-//! muscles at rest, bones have raised them there already, and the same skin is to lie under them: the last column.
 
 use super::actor::{Actor, Seen, camera};
 use super::motion::{BICEPS, away, flexed, humerus, muscle};
@@ -17,14 +14,9 @@ use glam::{Vec3, Vec4Swizzles};
 use std::sync::Arc;
 
 const PANEL: [u32; 2] = [430, 440];
-const TITLES: [&str; 4] = [
-    "Implicit Skinning alone",
-    "Muscles without collisions",
-    "Muscles and bones collide",
-    "They collide, and have settled at rest",
-];
-/// The three columns with muscles, in the findings.
-const CASES: [&str; 3] = ["without collisions", "with collisions", "with collisions, settled at rest"];
+const TITLES: [&str; 3] = ["Implicit Skinning alone", "Muscles without collisions", "Muscles and bones collide"];
+/// The columns with muscles, in the findings.
+const CASES: [&str; 2] = ["without collisions", "with collisions"];
 /// Cosine of the angle round the bone within which skin is over the biceps.
 const OVER: f32 = 0.8;
 /// Shares of the humerus's length between which it is over the belly, above the fold of the elbow.
@@ -68,7 +60,7 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
     let studio = Studio::new(headless, PANEL[0], PANEL[1])?;
     let camera = camera(&arm.rig, &[last], studio.aspect())?;
     let moving = Some(DynamicsOptions::default());
-    let cases = [(&bare, None), (&arm.rig, Some(without_collisions())), (&arm.rig, moving), (&arm.settled, moving)];
+    let cases = [(&bare, None), (&arm.rig, Some(without_collisions())), (&arm.settled, moving)];
     let rest = &arm.rig.muscles[index];
     let own = |seen: &Seen| seen.particles[rest.first_point as usize..][..=rest.segments as usize].to_vec();
     let mut stretched = Vec::new();
@@ -90,15 +82,15 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
         seen.push(frame);
     }
     let (_, toward) = farthest(&own(&seen[2]), line);
-    let flexed = [1, 2, 3].map(|case| farthest(&own(&seen[case]), line).0);
+    let flexed = [1, 2].map(|case| farthest(&own(&seen[case]), line).0);
     // The bent forearm lies on the same side of the humerus.
     let of_upper_arm = |v: usize| arm.rig.character.influences_of(v).iter().any(|i| i.joint == joint && i.weight > 0.5);
-    let bulges = [1, 2, 3].map(|case| bulge(&seen[0], &seen[case].positions, of_upper_arm, line, toward));
+    let bulges = [1, 2].map(|case| bulge(&seen[0], &seen[case].positions, of_upper_arm, line, toward));
     let note = |case: usize| {
         let [surface, skin] = [flexed[case], mean(&bulges[case])].map(|metres| metres * 1000.0);
         format!("biceps at {surface:.1} mm, skin raised {skin:.1} mm")
     };
-    let notes = [String::new(), note(0), note(1), note(2)];
+    let notes = [String::new(), note(0), note(1)];
     let rises = Rises { flexed, stretched, bone, bulges };
     Ok(Drawn { image: sheet(&TITLES, &rows, &notes)?.finish(), findings: rises.findings() })
 }
@@ -107,30 +99,30 @@ fn mean(values: &[f32]) -> f32 {
     values.iter().sum::<f32>() / values.len().max(1) as f32
 }
 
-/// How far the biceps and the skin over it rise, metres, in the three cases.
+/// How far the biceps and the skin over it rise, metres, in the two cases.
 struct Rises {
     /// Largest distance of the muscle's surface from the humerus's axis, flexed.
-    flexed: [f32; 3],
+    flexed: [f32; 2],
     /// The same with the arm stretched and nothing activated.
     stretched: Vec<f32>,
     /// Radius of the humerus.
     bone: f32,
     /// Distances of the skin over the muscle from the skin without muscles.
-    bulges: [Vec<f32>; 3],
+    bulges: [Vec<f32>; 2],
 }
 
 impl Rises {
-    /// What "raised so many times" can mean, all of it; ratios are those of the first two cases.
+    /// What "raised so many times" can mean, all of it.
     fn findings(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
-        let mut add = |name: String, values: [f32; 3]| {
+        let mut add = |name: String, values: [f32; 2]| {
             for (value, case) in values.into_iter().zip(CASES) {
                 findings.push(Finding::new(format!("{name}, {case}"), f64::from(value) * 1000.0, "mm"));
             }
             let ratio = f64::from(values[1] / values[0].max(1e-9));
             findings.push(Finding::new(format!("{name}: ratio"), ratio, ""));
         };
-        let swelling = [0, 1, 2].map(|i| self.flexed[i] - self.stretched.get(i).copied().unwrap_or_default());
+        let swelling = [0, 1].map(|i| self.flexed[i] - self.stretched.get(i).copied().unwrap_or_default());
         let most = |values: &Vec<f32>| values.iter().copied().fold(0.0, f32::max);
         add("biceps' surface from the humerus's axis".into(), self.flexed);
         add("biceps' surface from the humerus's surface".into(), self.flexed.map(|height| height - self.bone));

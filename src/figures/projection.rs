@@ -27,7 +27,7 @@ fn polyline() -> (Vec<AxisPoint>, f32) {
         at += Vec3::new(cosine, sine, 0.0);
         points.push(AxisPoint { position: at.extend(0.0), ..AxisPoint::default() });
     }
-    let length = axis::frame(&mut points, Vec3::Z, Vec3::Z);
+    let length = axis::frame(&mut points, Vec3::Z, Vec3::Z, 0);
     (points, length)
 }
 

@@ -23,7 +23,6 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("LEAST_SUPPORT_RADII", muscle::LEAST_SUPPORT_RADII as f64),
         ("ROUNDING", muscle::ROUNDING as f64),
         ("PI", std::f32::consts::PI as f64),
-        ("SMOOTHING", muscle::SMOOTHING as f64),
     ],
     bindings: BINDINGS,
     workgroup: WORKGROUP,

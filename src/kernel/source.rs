@@ -45,6 +45,7 @@ pub const AXIS: Part = Part {
         ("AXIS_CLEAR_TURN", axis::CLEAR_TURN as f64),
         ("AXIS_CLEAR_SHARE", axis::CLEAR_SHARE as f64),
         ("AXIS_NO_DIRECTION", axis::NO_DIRECTION as f64),
+        ("AXIS_SMOOTHING", muscle::SMOOTHING as f64),
     ],
 };
 /// The nearest segment of a muscle's axis.

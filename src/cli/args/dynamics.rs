@@ -9,7 +9,7 @@ use std::str::FromStr;
 #[derive(Clone, Debug, Default, Group)]
 pub struct Dynamics {
     /// Whether muscles move, and how their stiffness is understood
-    #[arg(long, value_enum, value_name = "MODE", default_value = "off")]
+    #[arg(long, value_enum, value_name = "MODE", default_value = "xpbd")]
     pub dynamics: ModeArg,
     /// In what order a muscle's constraints are solved [default: red-black]
     #[arg(long, value_enum)]
@@ -29,9 +29,9 @@ pub struct Dynamics {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ModeArg {
     /// Muscles are straight between their ends, as if they had no mass
-    #[default]
     Off,
     /// As a frequency, which no other setting changes
+    #[default]
     Xpbd,
     /// As the muscle paper's raw stiffness per iteration, 60 substeps a second
     Pbd,

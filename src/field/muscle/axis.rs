@@ -59,8 +59,9 @@ pub fn run(muscle: usize, first_point: u32) -> usize {
 ///
 /// The end normals, of any length and direction, are interpolated spherically by arc length and turned towards the
 /// local plane of the polyline in so far as it bends. The profile is symmetric in the normal's sign, so neighbours
-/// are given the same one.
-pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Vec3) -> f32 {
+/// are given the same one. The inner ones are then smoothed by `smoothing` binomial passes: where an axis is bowed to and
+/// fro its plane turns over within a segment, and the section would with it.
+pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Vec3, smoothing: u32) -> f32 {
     let last = points.len() - 1;
     let mut length = 0.0;
     let mut tangent = Vec3::X;
@@ -89,6 +90,15 @@ pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Ve
         let normal = across(in_plane(wanted, before, after), before + after);
         previous = if normal.dot(previous) < 0.0 { -normal } else { normal };
         points[i].normal = previous.extend(0.0);
+    }
+    for _ in 0..smoothing {
+        let mut before = points[0].normal.xyz();
+        for i in 1..last {
+            let own = points[i].normal.xyz();
+            let wanted = (before + points[i + 1].normal.xyz()) * 0.25 + own * 0.5;
+            points[i].normal = across(wanted, points[i - 1].tangent.xyz() + points[i].tangent.xyz()).extend(0.0);
+            before = own;
+        }
     }
     for i in 0..last {
         let (from, to) = (points[i].normal.xyz(), points[i + 1].normal.xyz());
@@ -175,7 +185,7 @@ mod tests {
     fn framed(positions: &[Vec3], from: Vec3, to: Vec3) -> (Vec<AxisPoint>, f32) {
         let mut points: Vec<AxisPoint> =
             positions.iter().map(|p| AxisPoint { position: p.extend(0.0), ..AxisPoint::default() }).collect();
-        let length = frame(&mut points, from, to);
+        let length = frame(&mut points, from, to, 0);
         (points, length)
     }
 

@@ -152,7 +152,7 @@ pub fn shape(
     origin_normal: Vec3,
     insertion_normal: Vec3,
 ) -> MuscleFrame {
-    let length = axis::frame(points, origin_normal, insertion_normal);
+    let length = axis::frame(points, origin_normal, insertion_normal, SMOOTHING);
     if !(length.is_finite() && length >= MIN_LENGTH) {
         return MuscleFrame { first_point: rest.first_point, segments: rest.segments, ..MuscleFrame::default() };
     }
@@ -197,7 +197,7 @@ pub fn straighten(points: &mut [AxisPoint], origin: Vec3, insertion: Vec3) {
     }
 }
 
-/// Passes of [`smooth`]: kinks of one to three points go, a bow of the whole axis stays.
+/// Passes of [`smooth`], and of the sections' normals: kinks of one to three points go, a bow of the whole axis stays.
 pub const SMOOTHING: u32 = 8;
 
 /// Smooths the inner points of an axis by [`SMOOTHING`] binomial passes. Tension alone joins the points of a muscle in
