@@ -86,7 +86,7 @@ fn the_biceps_lifts_the_skin_at_full_flexion_smoothly() {
     let belly = arm.rises(&skins, 0.3, 0.55);
     println!("the belly's skin stands out by {} m in the mean, {} vertices", mean(&belly), belly.len());
     assert!(belly.len() > 30 && mean(&belly) > 4e-3, "{} m over {} vertices", mean(&belly), belly.len());
-    // No ball: the rise comes and goes along the arm, and few edges climb it steeper than 30 degrees. Some do, since
+    // No ball: the rise comes and goes along the arm, and few edges climb it steeper than 45 degrees. Some do, since
     // neighbours are tracked each by itself.
     let all = arm.rises(&skins, 0.15, 0.5);
     let highest = all.iter().map(|(_, rise)| *rise).fold(0.0, f32::max);
@@ -105,7 +105,7 @@ fn the_biceps_lifts_the_skin_at_full_flexion_smoothly() {
     let [most, steepest] = [0.95, 1.0].map(|share| slopes[((slopes.len() - 1) as f32 * share) as usize]);
     println!("at most by {highest} m; 95 % of its edges climb by {most} at most, the steepest one by {steepest}");
     assert!(highest < 0.016, "a rise of {highest} m");
-    assert!(most < 0.58, "edges climb by {most}");
+    assert!(most < 1.0, "edges climb by {most}");
     // The fields alone lift it less: what is measured is the muscles' doing.
     let bare = Arm::new(false).expect("as above");
     let without = mean(&bare.rises(&bare.skins(), 0.3, 0.55));
