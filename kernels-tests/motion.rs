@@ -1,12 +1,12 @@
 //! Frames in motion: muscles with dynamics, on the GPU and in the reference, each with a state of its own.
 
-use crate::support::{Gpu, Random, bent, data, gpu, limb_rig};
-use glam::Vec4Swizzles;
+use crate::support::{Gpu, Random, bent, data, gpu, limb, limb_muscle, limb_rig};
+use glam::{Mat4, Vec4Swizzles};
 use sinew::{
     gpu::{Batch, Output, RigBuffers},
     parity::{self, CpuResult, GpuResult, PARTICLES, StageReport, TOUCHING_DRIFT},
     reference::{Motion, Reference, Trace},
-    rig::{BuildOptions, Pose, Rig, muscle_file},
+    rig::{BuildOptions, MuscleSpec, Pose, Rig, muscle_file},
     schedule::{Contacts, DynamicsOptions, FrameOptions, Solver},
 };
 use std::path::Path;
@@ -89,6 +89,34 @@ fn a_swinging_limb_agrees_at_every_frame_rate() {
         }
         assert!(moved > 0.05, "{fps} fps: the muscle moves at {moved} m/s");
     }
+}
+
+#[test]
+fn a_limb_shaken_lengthwise_shifts_its_belly_on_either_side() {
+    let Some(gpu) = gpu() else { return };
+    let swings = |jiggle| {
+        let spec = MuscleSpec { jiggle, ..limb_muscle() };
+        let rig = Arc::new(Rig::build(limb(24), &[spec], &BuildOptions::default()).expect("a limb"));
+        let mut batch = batch(&gpu, &rig, 1, &options());
+        let mut motion = Motion::new(&rig, &options());
+        let mut most = 0.0_f32;
+        for frame in 0..20 {
+            let time = frame as f32 / 30.0;
+            let lift = Mat4::from_translation(glam::Vec3::Y * 0.03 * (std::f32::consts::TAU * 4.0 * time).sin());
+            let palette = bent(20.0).palette.iter().map(|joint| lift * *joint).collect();
+            let pose = Pose { time, palette, ..Pose::default() };
+            let result = played(&gpu, &mut batch, std::slice::from_ref(&pose)).remove(0);
+            let trace = Reference::new(&rig).next(&mut motion, &pose, &options()).expect("a pose");
+            agree(&format!("jiggle {jiggle}, frame {frame}"), &stages(&rig, &result, &trace));
+            let [ours, theirs] = [&trace.muscles[0], &result.muscles[0]].map(|muscle| muscle.shift);
+            assert!((ours - theirs).abs() < 1e-5 && ours.abs() < 0.25, "frame {frame}: {ours} {theirs}");
+            most = most.max(ours.abs());
+        }
+        most
+    };
+    let most = swings(1.0);
+    assert!(most > 0.02, "the belly shifts by {most}");
+    assert_eq!(swings(0.0), 0.0, "without jiggle nothing shifts");
 }
 
 #[test]
