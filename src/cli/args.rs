@@ -1,16 +1,19 @@
 //! The command line.
 
 mod dynamics;
+mod muscles;
+mod values;
 
 pub use dynamics::Dynamics;
+pub use muscles::{Muscles, MusclesCopy, MusclesEdit, MusclesMirror};
+pub use values::{Device, FrameRange, Size};
 
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
 use sinew::figures::Figure;
-use sinew::rig::muscle_file::Settings;
 use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::str::FromStr;
+use values::{parse_angle, parse_elevation, parse_fps, parse_threads};
 
 const EXIT_CODES: &str = "Exit codes: 0 ok, 1 findings, 2 wrong usage, 3 bad input or output, 4 no device.";
 
@@ -258,96 +261,6 @@ pub struct Validate {
     pub json: bool,
 }
 
-/// Options of `muscles`.
-#[derive(Debug, Group)]
-pub struct Muscles {
-    /// What to edit.
-    #[command(subcommand)]
-    pub edit: MusclesEdit,
-}
-
-/// What can be edited of a muscle file.
-#[derive(Debug, Subcommand)]
-pub enum MusclesEdit {
-    /// Give every muscle of one side its partner on the other, added or brought in line
-    Mirror(MusclesMirror),
-    /// Copy settings, never ends or names, from one muscle to others
-    Copy(MusclesCopy),
-}
-
-/// Options of `muscles mirror`.
-#[derive(Debug, Group)]
-pub struct MusclesMirror {
-    /// The muscle file
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
-    /// The character, whose bones at rest say where the other side is
-    #[arg(value_name = "IN")]
-    pub character: PathBuf,
-    /// What names the side that is copied, in muscles and bones [default: _l, .L, left and their like]
-    #[arg(long, value_name = "PATTERN", requires = "to")]
-    pub from: Option<String>,
-    /// What stands in its place on the other side [default: _r, .R, right and their like]
-    #[arg(long, value_name = "PATTERN", requires = "from")]
-    pub to: Option<String>,
-    /// The edited file; may be the same
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Options of `muscles copy`.
-#[derive(Debug, Group)]
-pub struct MusclesCopy {
-    /// The muscle file
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
-    /// The muscle whose settings are copied
-    #[arg(long, value_name = "NAME")]
-    pub from: String,
-    /// The muscles that get them
-    #[arg(long, value_name = "NAME,..", value_delimiter = ',', required = true)]
-    pub to: Vec<String>,
-    /// What is copied [default: everything]
-    #[arg(long, value_enum, value_name = "WHAT,..", value_delimiter = ',')]
-    pub only: Vec<SettingsArg>,
-    /// The edited file; may be the same
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Settings of a muscle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SettingsArg {
-    /// Shapes at rest and active, segments
-    Shape,
-    /// Width or volume
-    Size,
-    /// Stiffness, frequency, jiggle, tendon, collisions
-    Physics,
-    /// Drivers, attack, decay
-    Drive,
-    /// Values over time
-    Keys,
-}
-
-impl From<SettingsArg> for Settings {
-    fn from(argument: SettingsArg) -> Settings {
-        match argument {
-            SettingsArg::Shape => Settings::Shape,
-            SettingsArg::Size => Settings::Size,
-            SettingsArg::Physics => Settings::Physics,
-            SettingsArg::Drive => Settings::Drive,
-            SettingsArg::Keys => Settings::Keys,
-        }
-    }
-}
-
 /// Options of `figures`.
 #[derive(Debug, Group)]
 pub struct Figures {
@@ -372,92 +285,6 @@ pub struct Doctor {
     pub json: bool,
 }
 
-/// `--device`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Device {
-    /// The best adapter.
-    Auto,
-    /// The CPU reference.
-    Cpu,
-    /// The adapter whose name contains this.
-    Named(String),
-}
-
-impl FromStr for Device {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Device, String> {
-        match text {
-            "auto" => Ok(Device::Auto),
-            "cpu" => Ok(Device::Cpu),
-            "" => Err("give auto, cpu or part of an adapter's name".into()),
-            name => Ok(Device::Named(name.into())),
-        }
-    }
-}
-
-/// `--frames`: both ends belong to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FrameRange {
-    /// First frame.
-    pub first: u32,
-    /// Last frame.
-    pub last: u32,
-}
-
-impl FromStr for FrameRange {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<FrameRange, String> {
-        let number =
-            |s: &str| s.parse::<u32>().map_err(|_| format!("{s:?} is no frame number; give A..B or one frame"));
-        let (first, last) = match text.split_once("..") {
-            Some((a, b)) => (number(a)?, number(b)?),
-            None => (number(text)?, number(text)?),
-        };
-        if last < first {
-            return Err(format!("ends before it begins; {last}..{first}?"));
-        }
-        Ok(FrameRange { first, last })
-    }
-}
-
-/// `--size`: pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-}
-
-impl FromStr for Size {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Size, String> {
-        let pixels = |s: &str| s.parse::<u32>().ok().filter(|n| (1..=16384).contains(n));
-        text.split_once(['x', 'X'])
-            .and_then(|(w, h)| Some(Size { width: pixels(w)?, height: pixels(h)? }))
-            .ok_or_else(|| "give WIDTHxHEIGHT, each 1 to 16384".into())
-    }
-}
-
-fn parse_threads(text: &str) -> Result<NonZeroUsize, String> {
-    text.parse::<NonZeroUsize>().ok().filter(|n| n.get() <= 1024).ok_or_else(|| "give 1 to 1024".into())
-}
-
-fn parse_fps(text: &str) -> Result<f32, String> {
-    text.parse::<f32>().ok().filter(|fps| (0.001..=10_000.0).contains(fps)).ok_or_else(|| "give 0.001 to 10000".into())
-}
-
-fn parse_angle(text: &str) -> Result<f32, String> {
-    text.parse::<f32>().ok().filter(|a| a.is_finite()).ok_or_else(|| "give degrees".into())
-}
-
-fn parse_elevation(text: &str) -> Result<f32, String> {
-    parse_angle(text).ok().filter(|a| a.abs() <= 89.0).ok_or_else(|| "give degrees from -89 to 89".into())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -466,23 +293,6 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Args::command().debug_assert();
-    }
-
-    #[test]
-    fn frames_are_inclusive() {
-        assert_eq!("0..47".parse(), Ok(FrameRange { first: 0, last: 47 }));
-        assert_eq!("7".parse(), Ok(FrameRange { first: 7, last: 7 }));
-        for wrong in ["", "..", "3..", "5..4", "a..b", "-1..2", "1...3"] {
-            assert!(wrong.parse::<FrameRange>().is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn sizes_have_two_positive_numbers() {
-        assert_eq!("96x128".parse(), Ok(Size { width: 96, height: 128 }));
-        for wrong in ["", "96", "x", "0x5", "5x0", "5x99999", "5x5x5", "-5x5"] {
-            assert!(wrong.parse::<Size>().is_err(), "{wrong}");
-        }
     }
 
     #[test]

@@ -1,0 +1,95 @@
+//! Options of `sinew muscles`.
+
+use clap::{Args as Group, Subcommand, ValueEnum};
+use sinew::rig::muscle_file::Settings;
+use std::path::PathBuf;
+
+/// Options of `muscles`.
+#[derive(Debug, Group)]
+pub struct Muscles {
+    /// What to edit.
+    #[command(subcommand)]
+    pub edit: MusclesEdit,
+}
+
+/// What can be edited of a muscle file.
+#[derive(Debug, Subcommand)]
+pub enum MusclesEdit {
+    /// Give every muscle of one side its partner on the other, added or brought in line
+    Mirror(MusclesMirror),
+    /// Copy settings, never ends or names, from one muscle to others
+    Copy(MusclesCopy),
+}
+
+/// Options of `muscles mirror`.
+#[derive(Debug, Group)]
+pub struct MusclesMirror {
+    /// The muscle file
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The character, whose bones at rest say where the other side is
+    #[arg(value_name = "IN")]
+    pub character: PathBuf,
+    /// What names the side that is copied, in muscles and bones [default: _l, .L, left and their like]
+    #[arg(long, value_name = "PATTERN", requires = "to")]
+    pub from: Option<String>,
+    /// What stands in its place on the other side [default: _r, .R, right and their like]
+    #[arg(long, value_name = "PATTERN", requires = "from")]
+    pub to: Option<String>,
+    /// The edited file; may be the same
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `muscles copy`.
+#[derive(Debug, Group)]
+pub struct MusclesCopy {
+    /// The muscle file
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    /// The muscle whose settings are copied
+    #[arg(long, value_name = "NAME")]
+    pub from: String,
+    /// The muscles that get them
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',', required = true)]
+    pub to: Vec<String>,
+    /// What is copied [default: everything]
+    #[arg(long, value_enum, value_name = "WHAT,..", value_delimiter = ',')]
+    pub only: Vec<SettingsArg>,
+    /// The edited file; may be the same
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Settings of a muscle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SettingsArg {
+    /// Shapes at rest and active, segments
+    Shape,
+    /// Width or volume
+    Size,
+    /// Stiffness, frequency, jiggle, tendon, collisions
+    Physics,
+    /// Drivers, attack, decay
+    Drive,
+    /// Values over time
+    Keys,
+}
+
+impl From<SettingsArg> for Settings {
+    fn from(argument: SettingsArg) -> Settings {
+        match argument {
+            SettingsArg::Shape => Settings::Shape,
+            SettingsArg::Size => Settings::Size,
+            SettingsArg::Physics => Settings::Physics,
+            SettingsArg::Drive => Settings::Drive,
+            SettingsArg::Keys => Settings::Keys,
+        }
+    }
+}
