@@ -4,6 +4,7 @@ mod bad_input;
 mod characters;
 mod figures;
 mod muscle_meshes;
+mod muscle_plots;
 mod muscles;
 mod outputs;
 

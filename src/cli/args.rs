@@ -5,7 +5,7 @@ mod muscles;
 mod values;
 
 pub use dynamics::Dynamics;
-pub use muscles::{Muscles, MusclesCopy, MusclesEdit, MusclesMirror};
+pub use muscles::{Muscles, MusclesCopy, MusclesMirror, MusclesPlot, MusclesVerb};
 pub use values::{Device, FrameRange, Size};
 
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
@@ -41,7 +41,7 @@ pub enum Verb {
     Parity(Parity),
     /// Check a muscle file against its character, line by line
     Validate(Validate),
-    /// Edit a muscle file: mirror left and right, copy settings; comments and order stay
+    /// Edit a muscle file (mirror, copy; comments and order stay), or plot what its muscles do over a clip
     Muscles(Muscles),
     /// Print the JSON Schema of the muscle file
     Schema,
@@ -146,8 +146,10 @@ pub enum ViewArg {
     Skin,
     /// Muscles under translucent skin, redder where active
     Xray,
-    /// Muscles alone; the long axis of a flat one lies along the `normal` of its muscle file. Beads on the axes are black at
-    /// the ends, and blue, amber or green where another muscle, a bone or the skin holds them
+    /// Muscles alone; the long axis of a flat one lies along the `normal` of its muscle file. In motion their axes are strings
+    /// of beads: black at the ends; blue, amber or green where another muscle, a bone or the skin holds them; pink and larger
+    /// where they are in a bone or a muscle or outside the skin by more than 2 % of the muscle's radius, twice as large from
+    /// 20 % on. White lines are their paths over the last half second, as seen from the muscle's bone
     Muscles,
 }
 

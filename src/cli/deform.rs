@@ -3,9 +3,9 @@
 use crate::args::Device;
 use crate::failure::Failure;
 use crate::playback::Moves;
-use glam::{Vec3, Vec4Swizzles};
-#[cfg(feature = "gpu")]
+use glam::{Vec3, Vec4, Vec4Swizzles};
 use sinew::dynamics::Particle;
+use sinew::field::muscle::axis::half;
 use sinew::field::muscle::{AxisPoint, MuscleFrame};
 use sinew::reference::{Motion, Reference, Trace};
 use sinew::rig::{Pose, Rig};
@@ -28,9 +28,10 @@ pub struct Shaped {
     pub muscles: Vec<MuscleFrame>,
     /// Points of their axes.
     pub axes: Vec<AxisPoint>,
-    /// The same points in motion, posed scene space; empty without dynamics. Only pictures show them.
-    #[cfg(feature = "gpu")]
+    /// The same points in motion, posed scene space; empty without dynamics.
     pub particles: Vec<Particle>,
+    /// First half of the iterates of the dynamics; empty without.
+    pub iterates: Vec<Vec4>,
 }
 
 /// Where the work will be done, opened before anything that takes long.
@@ -94,12 +95,9 @@ impl OnCpu {
     }
 
     fn keep(&mut self, trace: Trace) {
-        self.shaped = Shaped {
-            muscles: trace.muscles,
-            axes: trace.axes,
-            #[cfg(feature = "gpu")]
-            particles: self.motion.simulation.as_ref().map_or(Vec::new(), |s| s.particles.clone()),
-        };
+        let half = half(trace.muscles.len() as u32, trace.particles.len() as u32);
+        let iterates = self.motion.simulation.as_ref().map_or(Vec::new(), |s| s.iterates[..half].to_vec());
+        self.shaped = Shaped { muscles: trace.muscles, axes: trace.axes, particles: trace.particles, iterates };
     }
 }
 

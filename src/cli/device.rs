@@ -7,6 +7,7 @@ use crate::playback::Moves;
 use crate::progress::Progress;
 use glam::Vec3;
 use sinew::error::DeviceError;
+use sinew::field::muscle::axis::half;
 use sinew::gpu::{DeviceChoice, Headless, Instance, Kernels, Output, RigBuffers, readback};
 use sinew::parity::{self, GpuResult};
 use sinew::rig::{Pose, Rig};
@@ -81,11 +82,12 @@ impl OnDevice {
     pub fn shaped(&self) -> Result<Shaped, Failure> {
         let batch = self.instance.batch();
         let (muscles, points) = (batch.rig().muscles.len(), batch.rig().point_count as usize);
-        let particles = if self.moving { points } else { 0 };
+        let (particles, iterates) = if self.moving { (points, half(muscles as u32, points as u32)) } else { (0, 0) };
         Ok(Shaped {
             muscles: readback::read(&self.headless, batch.muscles(), ..muscles).map_err(Failure::device)?,
             axes: readback::read(&self.headless, batch.axes(), ..points).map_err(Failure::device)?,
             particles: readback::read(&self.headless, batch.particles(), ..particles).map_err(Failure::device)?,
+            iterates: readback::read(&self.headless, batch.iterates(), ..iterates).map_err(Failure::device)?,
         })
     }
 

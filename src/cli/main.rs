@@ -16,6 +16,7 @@ mod inspect;
 mod interrupt;
 mod load;
 mod muscle_meshes;
+mod muscle_plots;
 mod muscles;
 mod parity;
 mod playback;

@@ -1,7 +1,8 @@
-//! `sinew muscles`: edits of the muscle file that leave comments, order and spacing alone.
+//! `sinew muscles`: edits of the muscle file that leave comments, order and spacing alone, and plots of its muscles.
 
-use crate::args::{Muscles, MusclesCopy, MusclesEdit, MusclesMirror};
+use crate::args::{Muscles, MusclesCopy, MusclesMirror, MusclesVerb};
 use crate::failure::Failure;
+use crate::muscle_plots;
 use crate::print;
 use serde::Serialize;
 use sinew::io::atomic::WholeFile;
@@ -18,9 +19,10 @@ struct Edited {
 }
 
 pub fn run(args: &Muscles) -> Result<(), Failure> {
-    match &args.edit {
-        MusclesEdit::Mirror(args) => mirror(args),
-        MusclesEdit::Copy(args) => copy(args),
+    match &args.verb {
+        MusclesVerb::Mirror(args) => mirror(args),
+        MusclesVerb::Copy(args) => copy(args),
+        MusclesVerb::Plot(args) => muscle_plots::run(args),
     }
 }
 

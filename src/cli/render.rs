@@ -15,7 +15,7 @@ pub use on_device::{Set, Shoot, film, run, sheet_of, shoot, write};
 mod on_device {
     use super::*;
     use crate::args::{CameraArg, Device, Size, SkinningArg};
-    use crate::deform::OnCpu;
+    use crate::deform::{OnCpu, Shaped};
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
     use crate::playback::{Moves, Playback};
@@ -24,11 +24,14 @@ mod on_device {
     use crate::studio::{self, Studio};
     use serde::Serialize;
     use sinew::clip::Scene;
+    use sinew::dynamics::{Bodies, Skins, depths};
     use sinew::gpu::Headless;
     use sinew::io::atomic::FileSet;
     use sinew::io::png;
-    use sinew::render::{Camera, Direction, Picture, View, contact_sheet, vertex_buffer};
-    use sinew::rig::{Pose, Rig};
+    use sinew::render::{
+        Camera, ColorMesh, Direction, Paths, Picture, View, axis_meshes, contact_sheet, vertex_buffer,
+    };
+    use sinew::rig::{FrameInputs, Pose, Rig};
     use sinew::schedule::{FrameOptions, Skinning};
     use std::path::PathBuf;
     use std::sync::Arc;
@@ -143,6 +146,10 @@ mod on_device {
         /// Muscles under a skinning that does not shape them.
         beside: Option<OnCpu>,
         moving: bool,
+        /// What muscles in motion collide with.
+        bodies: Bodies,
+        /// Where their axes have been, where that is to be seen.
+        paths: Option<Paths>,
         /// Pixels of a picture.
         pub size: Size,
     }
@@ -178,7 +185,8 @@ mod on_device {
         let apart = options.skinning != Skinning::Implicit && !rig.grids.is_empty();
         let beside = apart.then(|| OnCpu::new(rig, &beneath));
         let moving = options.dynamics.is_some();
-        Ok(Film { source, studio, camera, rig: Arc::clone(rig), beside, moving, size })
+        let bodies = if moving { Bodies::new(rig) } else { Bodies::default() };
+        Ok(Film { source, studio, camera, rig: Arc::clone(rig), beside, moving, bodies, paths: None, size })
     }
 
     impl Source {
@@ -203,17 +211,40 @@ mod on_device {
                     vertex_buffer(headless, &skin.positions, &skin.normals).map_err(Failure::device)?
                 }
             };
-            let shaped = match (&mut self.beside, &self.source) {
-                _ if view == View::Skin => None,
-                (Some(beside), _) => {
-                    beside.pass(pose)?;
-                    Some(beside.shaped().clone())
-                }
-                (None, Source::Device(device)) => Some(device.shaped()?),
-                (None, Source::Reference(_, cpu)) => Some(cpu.shaped().clone()),
+            let shaped = if view == View::Skin {
+                None
+            } else {
+                self.beside.iter_mut().try_for_each(|beside| beside.pass(pose))?;
+                Some(self.shaped()?)
+            };
+            let marks = match &shaped {
+                Some(shaped) if view == View::Muscles && self.moving => self.marks(pose, shaped)?,
+                _ => Vec::new(),
             };
             let (headless, rig) = (self.source.headless(), &*self.rig);
-            self.studio.draw(headless, (rig, pose), &vertices, shaped.as_ref(), &self.camera, view)
+            self.studio.draw(headless, (rig, pose), &vertices, (shaped.as_ref(), &marks), &self.camera, view)
+        }
+
+        /// The muscles of the last pose.
+        fn shaped(&self) -> Result<Shaped, Failure> {
+            match (&self.beside, &self.source) {
+                (Some(cpu), _) => Ok(cpu.shaped().clone()),
+                (None, Source::Reference(_, cpu)) => Ok(cpu.shaped().clone()),
+                (None, Source::Device(device)) => device.shaped(),
+            }
+        }
+
+        /// The axes of muscles in motion, how deep they are in what they collide with, and where they have been.
+        fn marks(&mut self, pose: &Pose, shaped: &Shaped) -> Result<Vec<ColorMesh>, Failure> {
+            let rig = &*self.rig;
+            let inputs = FrameInputs::new(rig, pose).map_err(Failure::input)?;
+            let depths = depths(&self.bodies, Skins::of(rig), &inputs.joints, &shaped.iterates);
+            let mut marks = axis_meshes(rig, pose, &shaped.axes, &shaped.particles, &depths);
+            if let Some(paths) = &mut self.paths {
+                paths.add(pose.time, &shaped.axes);
+                marks.extend(paths.meshes(rig, pose));
+            }
+            Ok(marks)
         }
 
         /// What deforms and draws, in words.
@@ -234,6 +265,7 @@ mod on_device {
                 Source::Reference(_, cpu) => cpu.reset(),
             }
             self.beside.iter_mut().for_each(Moves::reset);
+            self.paths.iter_mut().for_each(Paths::clear);
         }
 
         fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
@@ -241,7 +273,13 @@ mod on_device {
                 Source::Device(device) => device.pass(pose)?,
                 Source::Reference(_, cpu) => cpu.pass(pose)?,
             }
-            self.beside.iter_mut().try_for_each(|beside| beside.pass(pose))
+            self.beside.iter_mut().try_for_each(|beside| beside.pass(pose))?;
+            if self.paths.is_none() {
+                return Ok(());
+            }
+            let axes = self.shaped()?.axes;
+            self.paths.iter_mut().for_each(|paths| paths.add(pose.time, &axes));
+            Ok(())
         }
     }
 
@@ -265,6 +303,7 @@ mod on_device {
         let progress = Progress::steps("drawing", shoot.frames.len() as u64);
         let chosen = chosen(shoot.frames.len());
         let rig = Arc::clone(&film.rig);
+        film.paths = (film.moving && shoot.view == View::Muscles).then(Paths::default);
         let mut playback = Playback::new(scene, frames, &rig, film.moving);
         let mut kept = Vec::new();
         for (i, number) in shoot.frames.enumerate() {

@@ -10,7 +10,7 @@ use sinew::error::DeviceError;
 use sinew::gpu::Headless;
 use sinew::reference::Reference;
 use sinew::render::{
-    Camera, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View, axis_meshes,
+    Camera, ColorMesh, Direction, Frame, Light, Look, Picture, Renderer, Run, SkinMesh, Surface, Targets, View,
     bone_meshes, muscle_meshes, vertex_buffer,
 };
 use sinew::rig::{Pose, Rig};
@@ -71,23 +71,21 @@ impl Studio {
         self.targets.aspect()
     }
 
-    /// Draws one frame; `vertices` holds the deformed skin, and `shaped` the muscles where the view shows them.
+    /// Draws one frame; `vertices` holds the deformed skin, `shaped` the muscles where the view shows them, and `marks` what
+    /// it shows through all else.
     pub fn draw(
         &self,
         headless: &Headless,
         (rig, pose): (&Rig, &Pose),
         vertices: &Buffer,
-        shaped: Option<&Shaped>,
+        (shaped, marks): (Option<&Shaped>, &[ColorMesh]),
         camera: &Camera,
         view: View,
     ) -> Result<Picture, Failure> {
-        let (mut solids, mut marks) = (Vec::new(), Vec::new());
-        if let Some(Shaped { muscles, axes, particles }) = shaped {
+        let mut solids = Vec::new();
+        if let Some(Shaped { muscles, axes, .. }) = shaped {
             solids = muscle_meshes(rig, pose, muscles, axes);
             solids.extend(bone_meshes(rig, pose));
-            if view == View::Muscles {
-                marks = axis_meshes(rig, pose, axes, particles);
-            }
         }
         let mut surfaces = vec![Surface { mesh: &self.skin, vertices: vertices.slice(..), model: Mat4::IDENTITY }];
         surfaces.extend(self.rigid.iter().map(|part| Surface {
@@ -95,7 +93,7 @@ impl Studio {
             vertices: part.vertices.slice(..),
             model: node_matrix(pose, part.node),
         }));
-        let frame = Frame { camera, view, light: Light::Studio, surfaces: &surfaces, solids: &solids, marks: &marks };
+        let frame = Frame { camera, view, light: Light::Studio, surfaces: &surfaces, solids: &solids, marks };
         self.renderer.draw(headless, &self.targets, &frame).map_err(Failure::device)
     }
 }

@@ -28,6 +28,7 @@ pub mod clock;
 mod contact;
 pub(crate) mod jiggle;
 pub mod joints;
+mod measure;
 pub mod predict;
 pub mod project;
 mod residual;
@@ -43,6 +44,7 @@ pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};
 pub use clock::{Clock, StepClock, Turn};
 pub use contact::Surroundings;
 pub use joints::MovedJoint;
+pub use measure::{Depth, depths, violation};
 pub use residual::{Residual, residuals};
 pub use simulation::{Simulation, Skins, settle};
 

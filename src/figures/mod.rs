@@ -7,6 +7,7 @@
 mod actor;
 #[cfg(feature = "gpu")]
 mod anatomy;
+pub mod charts;
 #[cfg(feature = "gpu")]
 mod collisions;
 mod constraints;

@@ -4,6 +4,7 @@
 //! [`Frame`] per picture. The skin is drawn straight from the deformer's vertex buffer; only muscles, which are small,
 //! come from the host each frame.
 
+mod axes;
 mod bones;
 mod camera;
 mod color_mesh;
@@ -15,12 +16,13 @@ mod renderer;
 pub mod shader;
 mod targets;
 
+pub use axes::{Paths, axis_meshes};
 pub use bones::{bone_meshes, capsule_mesh};
 pub use camera::{Camera, Direction, enclose};
 pub use color_mesh::{ColorMesh, activation_color};
 pub use frame::{Frame, Light, Surface, View};
 pub use mesh::{Look, MaterialParams, Run, SkinMesh, VERTEX_STRIDE, interleaved, vertex_buffer};
-pub use muscles::{axis_meshes, muscle_mesh, muscle_meshes};
+pub use muscles::{muscle_mesh, muscle_meshes};
 pub use picture::{Picture, contact_sheet};
 pub use renderer::Renderer;
 pub use targets::Targets;

@@ -1,5 +1,6 @@
 //! Options of `sinew muscles`.
 
+use super::{Compute, Dynamics, Input, Motion};
 use clap::{Args as Group, Subcommand, ValueEnum};
 use sinew::rig::muscle_file::Settings;
 use std::path::PathBuf;
@@ -7,18 +8,21 @@ use std::path::PathBuf;
 /// Options of `muscles`.
 #[derive(Debug, Group)]
 pub struct Muscles {
-    /// What to edit.
+    /// What to do with them.
     #[command(subcommand)]
-    pub edit: MusclesEdit,
+    pub verb: MusclesVerb,
 }
 
-/// What can be edited of a muscle file.
+/// What can be done with a muscle file.
 #[derive(Debug, Subcommand)]
-pub enum MusclesEdit {
+pub enum MusclesVerb {
     /// Give every muscle of one side its partner on the other, added or brought in line
     Mirror(MusclesMirror),
     /// Copy settings, never ends or names, from one muscle to others
     Copy(MusclesCopy),
+    /// Plot what every muscle does over a clip: length, width, activation, volume, speed, and what is left of the dynamics'
+    /// errors
+    Plot(MusclesPlot),
 }
 
 /// Options of `muscles mirror`.
@@ -61,6 +65,25 @@ pub struct MusclesCopy {
     pub only: Vec<SettingsArg>,
     /// The edited file; may be the same
     #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `muscles plot`.
+#[derive(Debug, Group)]
+pub struct MusclesPlot {
+    #[command(flatten)]
+    pub input: Input,
+    #[command(flatten)]
+    pub motion: Motion,
+    #[command(flatten)]
+    pub compute: Compute,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
+    /// Folder for a page per muscle, 00_NAME.png and so on, and muscles.csv with all their numbers
+    #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
     /// Print the result as JSON
     #[arg(long)]

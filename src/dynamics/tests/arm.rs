@@ -70,38 +70,19 @@ impl Actor {
     }
 
     fn measure(&self, simulation: &Simulation, inputs: &FrameInputs) -> Measured {
-        let mut moved = vec![MovedJoint::default(); inputs.joints.len()];
-        let joints: Vec<JointFrame> = [&inputs.joints[..], &inputs.joints].concat();
-        joints::step(&StepClock::default(), true, &joints, &mut moved);
         let half = half(self.bodies.muscles.len() as u32, simulation.particles.len() as u32);
-        let around = Surroundings {
-            muscles: &self.bodies.muscles,
-            bones: &self.bodies.bones,
-            links: &self.bodies.links,
-            moved: &moved,
-            grids: &self.rig.grids,
-            nodes: &self.rig.nodes,
-            iterates: &simulation.iterates[..half],
-        };
-        let mut found = Measured::default();
+        let depths = depths(&self.bodies, Skins::of(&self.rig), &inputs.joints, &simulation.iterates[..half]);
+        let most = |value: fn(&Depth) -> f32| depths.iter().map(value).fold(0.0, f32::max);
+        let mut found = Measured { outside: most(|d| d.outside), overlap: most(|d| d.muscle), ..Measured::default() };
         for muscle in &self.bodies.muscles {
-            let own = &simulation.particles[muscle.first_point as usize..][..=muscle.segments as usize];
-            let (n, links) = (own.len() - 1, |a: u32, b: u32| &self.bodies.links[a as usize..b as usize]);
-            let (start, end) = (own[0].position.xyz(), own[n].position.xyz());
+            let own = muscle.first_point as usize..=(muscle.first_point + muscle.segments) as usize;
+            let (own, depths) = (&simulation.particles[own.clone()], &depths[own]);
+            let (n, start) = (own.len() - 1, own[0].position.xyz());
+            let end = own[n].position.xyz();
             for (i, particle) in own.iter().enumerate().filter(|(_, p)| p.traits.x >= 1.0) {
-                let (p, radius, share) = (particle.position.xyz(), particle.position.w, i as f32 / n as f32);
-                let straight = start.lerp(end, share);
-                found.bow = found.bow.max(p.distance(straight));
+                found.bow = found.bow.max(particle.position.xyz().distance(start.lerp(end, i as f32 / n as f32)));
                 found.speed = found.speed.max(particle.velocity.xyz().length());
-                for link in links(muscle.bones_begin, muscle.peers_begin) {
-                    let depth = (-around.bone(link, p, radius, 1.0, share).distance).max(0.0);
-                    found.bones.push((depth / radius, depth));
-                }
-                for link in links(muscle.peers_begin, muscle.skins_begin) {
-                    found.overlap = found.overlap.max(-around.muscle(link, p, radius).distance);
-                }
-                let skin = around.skin(links(muscle.skins_begin, muscle.links_end), p, straight);
-                found.outside = found.outside.max(-skin.distance);
+                found.bones.push((depths[i].bone / depths[i].radius, depths[i].bone));
             }
         }
         found

@@ -2,6 +2,7 @@
 
 mod arm;
 mod elastic;
+mod measure;
 mod rest;
 mod shake;
 mod volume;

@@ -1,38 +1,14 @@
 //! Volume of muscles in motion.
 
 use super::arm::Actor;
-use crate::field::muscle::{AxisPoint, MuscleFrame, evaluate};
+use crate::field::muscle::{MuscleFrame, volume};
 use crate::reference::{Motion, Reference};
 use crate::rig::FrameInputs;
 use crate::schedule::{DynamicsOptions, FrameOptions};
-use glam::{Mat3, Vec3, Vec4Swizzles};
 use rayon::prelude::*;
 
 /// Edge of the cells that volumes are counted in, metres.
 const CELL: f32 = 1.8e-3;
-
-/// Volume inside the surface of a muscle's field, cubic metres: cells that the surface cuts count by its distance from
-/// their middle. A muscle's mesh would not do where its sections turn quickly: its triangles cut them short.
-fn volume(muscle: &MuscleFrame, points: &[AxisPoint]) -> f64 {
-    // In a box along the chord.
-    let (start, end) = (points[0].position.xyz(), points[points.len() - 1].position.xyz());
-    let along = (end - start).normalize();
-    let across = along.any_orthonormal_vector();
-    let turn = Mat3::from_cols(across, along.cross(across), along);
-    let turned = points.iter().map(|p| turn.transpose() * p.position.xyz());
-    let (low, high) = turned.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
-    let most = (0..=40).map(|i| muscle.radius(i as f32 / 40.0, 1.0)).fold(0.0, f32::max) + CELL;
-    let counts = ((high - low + 2.0 * most) / CELL).as_uvec3();
-    let at = |i: u32, j: u32, k: u32| turn * (low - most + (glam::UVec3::new(i, j, k).as_vec3() + 0.5) * CELL);
-    let inside = |q: Vec3| {
-        let found = evaluate(muscle, points, q);
-        let slope = found.gradient.length().max(1e-6);
-        f64::from((0.5 + (found.value - 0.5) / (slope * CELL)).clamp(0.0, 1.0))
-    };
-    let row = |j: u32, k: u32| -> f64 { (0..=counts.x).map(|i| inside(at(i, j, k))).sum() };
-    let slice = |k: u32| -> f64 { (0..=counts.y).map(|j| row(j, k)).sum() };
-    (0..=counts.z).map(slice).sum::<f64>() * f64::from(CELL).powi(3)
-}
 
 /// Largest deviation of any muscle's volume from what it is to have, seen every `every`th frame of a clip at 30 fps; muscles
 /// are made `wider` by a factor.
@@ -53,7 +29,7 @@ fn deviation(actor: &Actor, clip: &str, frames: u32, every: u32, options: &Dynam
         let one = all.into_par_iter().map(|((rest, muscle), input)| {
             let wanted = f64::from(rest.origin.w) * f64::from(input.width).powi(2);
             let muscle = MuscleFrame { width: muscle.width * wider, ..*muscle };
-            (volume(&muscle, muscle.points(&trace.axes)) / wanted - 1.0).abs()
+            (volume(&muscle, muscle.points(&trace.axes), CELL) / wanted - 1.0).abs()
         });
         most = one.reduce(|| most, f64::max);
     }

@@ -7,12 +7,14 @@ mod evaluate;
 mod lanes;
 pub mod mesh;
 pub mod profile;
+mod volume;
 
 pub use axis::AxisPoint;
 pub use evaluate::KEY_BITS;
 pub use evaluate::{Projection, evaluate, project};
 pub use lanes::{Instructions, POINTS_PER_THREAD, UnionInput, UnionParams, union, union_with};
 pub use profile::Profile;
+pub use volume::volume;
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
