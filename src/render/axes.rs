@@ -29,7 +29,7 @@ const DEEP_TWICE: f32 = 0.2;
 const PATH: [f32; 3] = [1.0, 1.0, 1.0];
 const PATH_SHARE: f32 = 0.55;
 
-/// The axes of all muscles of a rig, as [`muscle_meshes`] takes them, with a bead on each point: light where it is free,
+/// The axes of all muscles of a rig, as [`muscle_meshes`](super::muscle_meshes) takes them, with a bead on each point: light where it is free,
 /// black at the ends; blue, amber or green where mostly another muscle, a bone or the skin held it in the last substep;
 /// larger and pink where `depths`, if there are any, have it in a bone or in a muscle or outside the skin by more than 2 %
 /// of its radius, the larger the deeper, twice as large from 20 % on. Without particles there are no axes to see.
