@@ -51,7 +51,7 @@ pub(super) fn compliance(mass: f32, segments: f32, cycles: f32) -> f32 {
 /// [`axis::half`](crate::field::muscle::axis::half).
 ///
 /// `moved` are the instance's joints; `axis` the muscle's as last shaped, or at rest, `own` and `iterates` the muscle's.
-/// No particle moves on by more than [`MOST_WAY`] of the muscle's width: it would leap over a bone. In `pbd` mode, whose
+/// No particle moves on by more than `MOST_WAY` of the muscle's width: it would leap over a bone. In `pbd` mode, whose
 /// steps are four times as long, it moves as far as in the paper.
 ///
 /// Where the joints carry, particles and their velocities stay as they are. The first particle keeps the state of the
