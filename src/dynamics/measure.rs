@@ -5,7 +5,7 @@ use super::{
     BONES, Bodies, Link, MUSCLES, MovedJoint, MuscleBody, Particle, SKIN, StepClock, Surroundings, joints,
     simulation::Skins,
 };
-use crate::{field::muscle::axis::run, rig::JointFrame};
+use crate::{field::muscle::axis::run, rig::JointFrame, schedule::Mode};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 /// How deep a particle is in what was to keep it out, metres; 0 where it is clear of it, in tendons, at the ends, and
@@ -83,27 +83,33 @@ fn depth(around: &Surroundings, muscle: &MuscleBody, place: Vec4, share: f32, re
     }
 }
 
-/// Largest violation of a muscle's springs in `xpbd` mode, as a share of the segment's length: what its stretch lacks of the
-/// one under which it would pull as its multiplier says. 0 is the exact implicit step. It is that of the last substep's
-/// end, where contacts have had the last word, and of no use in `pbd` mode, whose springs are never in balance.
+/// Largest error of a muscle's segments over their length, as the last substep left them, contacts' last word included: how
+/// far a stretch is from the one under which the spring would pull as its multiplier says. 0 is the exact implicit step. In
+/// `pbd` mode, which knows no pull, only tendons count: no place of the particles gives the muscle's own segments their rest
+/// length.
 ///
 /// `particles` and `iterates` are those of the whole instance, the latter as for [`depths`].
-pub fn violation(
+pub fn elastic(
     bodies: &Bodies,
     index: usize,
     joints: &[JointFrame],
     particles: &[Particle],
     iterates: &[Vec4],
+    mode: Mode,
 ) -> f32 {
     let muscle = &bodies.muscles[index];
     let own = &particles[muscle.first_point as usize..][..=muscle.segments as usize];
-    let compliance = iterates[run(index, muscle.first_point)].w;
+    let softness = iterates[run(index, muscle.first_point)].w;
     let scale = standing(&joints[muscle.driver as usize..][..1])[0].scale;
     let one = |pair: &[Particle]| {
         let span = pair[1].position.xyz() - pair[0].position.xyz();
-        let length = span.length().max(1e-9);
-        let stretch = span * (1.0 - pair[0].spring.w * scale / length);
-        (stretch + pair[0].spring.xyz() * (compliance / pair[0].traits.y)).length() / length
+        let (length, rest, stiffer) = (span.length().max(1e-9), pair[0].spring.w * scale, pair[0].traits.y);
+        let stretch = span * ((length - rest) / length);
+        match mode {
+            Mode::Xpbd => (stretch + pair[0].spring.xyz() * (softness / stiffer)).length() / length,
+            Mode::Pbd if stiffer > 1.0 => stretch.length() / length,
+            Mode::Pbd => 0.0,
+        }
     };
     own.windows(2).map(one).fold(0.0, f32::max)
 }

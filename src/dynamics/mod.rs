@@ -44,7 +44,7 @@ pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};
 pub use clock::{Clock, StepClock, Turn};
 pub use contact::Surroundings;
 pub use joints::MovedJoint;
-pub use measure::{Depth, depths, violation};
+pub use measure::{Depth, depths, elastic};
 pub use residual::{Residual, residuals};
 pub use simulation::{Simulation, Skins, settle};
 

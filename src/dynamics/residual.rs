@@ -1,18 +1,12 @@
 //! What the constraints lack at the end of a frame: how good the solver's solution is.
 
-use super::{MovedJoint, MuscleBody, Particle, Simulation, Skins, StepClock, Surroundings, joints};
-use crate::{
-    field::muscle::axis::{half, run},
-    rig::{FrameInputs, JointFrame},
-    schedule::{DynamicsOptions, Mode},
-};
-use glam::Vec4Swizzles;
+use super::{Depth, Simulation, Skins, depths, elastic};
+use crate::{field::muscle::axis::half, rig::FrameInputs, schedule::DynamicsOptions};
 
-/// What one muscle's constraints lack. Contacts count outside the tendons, and whether or not they are on.
+/// What one muscle's constraints lack. Contacts count as in [`Depth`], and whether or not they are on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Residual {
-    /// Largest error of a segment over its length: how far its stretch is from what its pull says. In `pbd` mode, which
-    /// knows no pull, only tendons count: no place of the particles gives the muscle's own segments their rest length.
+    /// Largest error of a segment over its length ([`elastic`]).
     pub elastic: f32,
     /// Deepest in a bone, metres.
     pub bone: f32,
@@ -48,59 +42,20 @@ pub fn residuals(
     options: &DynamicsOptions,
 ) -> Vec<Residual> {
     let bodies = &*simulation.bodies;
-    let mut moved = vec![MovedJoint::default(); inputs.joints.len()];
-    let joints: Vec<JointFrame> = [&inputs.joints[..], &inputs.joints].concat();
-    joints::step(&StepClock::default(), true, &joints, &mut moved);
-    let around = Surroundings {
-        muscles: &bodies.muscles,
-        bones: &bodies.bones,
-        links: &bodies.links,
-        moved: &moved,
-        grids: skins.grids,
-        nodes: skins.nodes,
-        iterates: &simulation.iterates[..half(bodies.muscles.len() as u32, simulation.particles.len() as u32)],
-    };
-    let of = |(index, muscle): (usize, &MuscleBody)| {
-        let own = &simulation.particles[muscle.first_point as usize..][..=muscle.segments as usize];
-        let softness = around.iterates[run(index, muscle.first_point)].w;
-        let elastic = elastic(own, softness, moved[muscle.driver as usize].scale, options.mode);
-        contacts(&around, muscle, own).worse(Residual { elastic, ..Residual::default() })
-    };
-    bodies.muscles.iter().enumerate().map(of).collect()
-}
-
-fn elastic(own: &[Particle], softness: f32, scale: f32, mode: Mode) -> f32 {
-    let of = |pair: &[Particle]| {
-        let span = pair[1].position.xyz() - pair[0].position.xyz();
-        let (length, rest, stiffer) = (span.length().max(1e-9), pair[0].spring.w * scale, pair[0].traits.y);
-        let stretch = span * ((length - rest) / length);
-        match mode {
-            Mode::Xpbd => (stretch + pair[0].spring.xyz() * (softness / stiffer)).length() / length,
-            Mode::Pbd if stiffer > 1.0 => stretch.length() / length,
-            Mode::Pbd => 0.0,
+    let iterates = &simulation.iterates[..half(bodies.muscles.len() as u32, simulation.particles.len() as u32)];
+    let depths = depths(bodies, skins, &inputs.joints, iterates);
+    let of = |index: usize| {
+        let muscle = &bodies.muscles[index];
+        let own = &depths[muscle.first_point as usize..][..=muscle.segments as usize];
+        let most = |depth: fn(&Depth) -> f32| own.iter().map(depth).fold(0.0, f32::max);
+        Residual {
+            elastic: elastic(bodies, index, &inputs.joints, &simulation.particles, iterates, options.mode),
+            bone: most(|d| d.bone),
+            muscle: most(|d| d.muscle),
+            skin: most(|d| d.outside),
         }
     };
-    own.windows(2).map(of).fold(0.0, f32::max)
-}
-
-fn contacts(around: &Surroundings, muscle: &MuscleBody, own: &[Particle]) -> Residual {
-    let links = |from: u32, to: u32| &around.links[from as usize..to as usize];
-    let mut worst = Residual::default();
-    let ends = (own[0].position.xyz(), own[own.len() - 1].position.xyz());
-    for (i, particle) in own.iter().enumerate().filter(|(_, p)| p.traits.x >= 1.0) {
-        let (p, radius) = (particle.position.xyz(), particle.position.w);
-        let share = i as f32 / muscle.segments as f32;
-        let deepest = |depth: f32, distance: f32| depth.max(-distance);
-        let bones = links(muscle.bones_begin, muscle.peers_begin).iter();
-        let peers = links(muscle.peers_begin, muscle.skins_begin).iter();
-        let skins = links(muscle.skins_begin, muscle.links_end);
-        worst.bone = bones.map(|l| around.bone(l, p, radius, 1.0, share).distance).fold(worst.bone, deepest);
-        worst.muscle = peers.map(|l| around.muscle(l, p, radius).distance).fold(worst.muscle, deepest);
-        if !skins.is_empty() {
-            worst.skin = deepest(worst.skin, around.skin(skins, p, ends.0.lerp(ends.1, share)).distance);
-        }
-    }
-    worst
+    (0..bodies.muscles.len()).map(of).collect()
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! What muscles do over time, for whoever tunes them: numbers per muscle and frame, and a page of graphs per muscle.
 
 use super::plot::{Axis, INK, Label, Line, LinePlot, PALE, Page, Rect, SERIES};
-use crate::dynamics::{Bodies, Depth, Particle, Skins, depths, violation};
+use crate::dynamics::{Bodies, Depth, Particle, Skins, depths, elastic};
 use crate::error::FigureError;
 use crate::field::muscle::{AxisPoint, MuscleFrame, volume};
 use crate::rig::{FrameInputs, Image, Rig};
+use crate::schedule::Mode;
 use glam::{Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -29,7 +30,8 @@ pub struct Moment {
     pub wanted: f64,
     /// Speed of the fastest particle, m/s, in the scene: that of the bones is in it.
     pub speed: f64,
-    /// Largest violation of a spring, percent of its length ([`violation`]); NaN in `pbd` mode, where no spring is ever in balance.
+    /// Largest violation of a spring, percent of its length ([`elastic`]); NaN in `pbd` mode, where no spring
+    /// is ever in balance.
     pub violation: f64,
     /// Deepest in a bone, percent of the particle's radius.
     pub bone: f64,
@@ -91,7 +93,7 @@ impl Moving<'_> {
         let own = rest.first_point as usize..=(rest.first_point + rest.segments) as usize;
         let speeds = self.particles[own.clone()].iter().map(|p| p.velocity.xyz().length());
         let most = |value: fn(&Depth) -> f32| f64::from(depths[own.clone()].iter().map(value).fold(0.0, f32::max));
-        let violation = || violation(self.bodies, index, &inputs.joints, self.particles, self.iterates);
+        let violation = || elastic(self.bodies, index, &inputs.joints, self.particles, self.iterates, Mode::Xpbd);
         Moment {
             time,
             length: muscle.length.into(),
