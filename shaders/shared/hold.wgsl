@@ -4,6 +4,7 @@ override HOLD_BONES: u32;
 override HOLD_MUSCLES: u32;
 override HOLD_SKIN: u32;
 override HOLD_LEAST_TURN: f32;
+override HOLD_LEAST_WAY_SQUARED: f32;
 
 fn hold_bone(bone: TouchBone, bead: Bead) -> vec4<f32> {
     return touch_bone(bone, bead.p, bead.radius, bead.clear, bead.share);
@@ -117,13 +118,18 @@ fn hold_pass(work: Work, start: Pair) -> Pair {
     return pair;
 }
 
-// The final contact passes; what one of them has not moved, the next one would not move either.
+fn hold_rested(before: Bead, after: Bead) -> bool {
+    let way = after.p - before.p;
+    return math_dot(way, way) <= HOLD_LEAST_WAY_SQUARED;
+}
+
+// The final contact passes; what one of them has hardly moved, the next one would not move either.
 fn hold_settle(work: Work, start: Pair) -> Pair {
     var pair = start;
     for (var k = 0u; k < params.final_passes; k++) {
         let before = pair;
         pair = hold_pass(work, pair);
-        if all(pair.first.p == before.first.p) && all(pair.second.p == before.second.p) {
+        if hold_rested(before.first, pair.first) && hold_rested(before.second, pair.second) {
             break;
         }
     }

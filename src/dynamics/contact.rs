@@ -67,6 +67,10 @@ pub(super) fn along(normal: Vec3, other: Vec3) -> Vec3 {
     (normal - other * facing) * (1.0 / (1.0 - facing * facing).max(LEAST_TURN))
 }
 
+/// Square of the way, square metres, by which a contact pass is to have moved a particle for another one to follow: of a
+/// micrometre, ten times what coordinates of a character are rounded to.
+pub(crate) const LEAST_WAY_SQUARED: f32 = 1e-12;
+
 /// Square of the sine of the angle between two normals from which on the way along one is that long.
 pub(crate) const LEAST_TURN: f32 = 0.1;
 

@@ -37,7 +37,7 @@ mod simulation;
 #[cfg(feature = "gpu")]
 pub(crate) use {
     chain::{JACOBI_SHARE, NO_DIRECTION},
-    contact::{FACING, LEAST_TURN, TURN},
+    contact::{FACING, LEAST_TURN, LEAST_WAY_SQUARED, TURN},
 };
 
 pub use body::{Bodies, BoneRest, Link, MuscleBody, NO_INDEX};

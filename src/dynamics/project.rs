@@ -38,8 +38,8 @@ pub fn project(params: &DynamicsParams, index: usize, around: &Surroundings, own
             for _ in 0..params.final_passes {
                 let before = chain.at[i];
                 held.settle(&mut chain, i);
-                // What nothing has moved, the next pass would not move either.
-                if chain.at[i] == before {
+                // What this has hardly moved, the next pass would not move either.
+                if chain.at[i].distance_squared(before) <= contact::LEAST_WAY_SQUARED {
                     break;
                 }
             }

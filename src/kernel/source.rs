@@ -103,6 +103,7 @@ pub const HOLD: Part = Part {
         ("HOLD_MUSCLES", dynamics::MUSCLES as f64),
         ("HOLD_SKIN", dynamics::SKIN as f64),
         ("HOLD_LEAST_TURN", dynamics::LEAST_TURN as f64),
+        ("HOLD_LEAST_WAY_SQUARED", dynamics::LEAST_WAY_SQUARED as f64),
     ],
 };
 /// A particle against another muscle's axis.
