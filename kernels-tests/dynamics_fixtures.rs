@@ -149,6 +149,7 @@ impl Crowd {
         let bow = random.vec3() * 0.01;
         // Shift and its velocity, as a substep before may have left them.
         let jiggle = Vec4::new(0.0, 0.0, 0.1 * random.next(), random.next());
+        let bare = muscle.jiggle == 1.0;
         for i in 0..=muscle.segments {
             let s = i as f32 / n;
             let rest = muscle.origin.xyz().lerp(muscle.insertion.xyz(), s) + bow * (4.0 * s * (1.0 - s));
@@ -162,8 +163,13 @@ impl Crowd {
                 velocity: (random.vec3() * if i % 8 == 5 { 20.0 } else { 0.3 }).extend(mobility),
                 spring: Vec3::ZERO.extend(if tendon { length / n } else { 0.02 * length / n }),
                 pushes: Vec4::ZERO,
-                traits: Vec4::new((s.min(1.0 - s) / 0.1).min(1.0), if tendon { 10.0 } else { 1.0 }, 0.0, 0.0)
-                    + if i == 0 { jiggle } else { Vec4::ZERO },
+                // Every third muscle has no tendons.
+                traits: Vec4::new(
+                    if bare { 1.0 } else { (s.min(1.0 - s) / 0.1).min(1.0) },
+                    if tendon { 10.0 } else { 1.0 },
+                    0.0,
+                    0.0,
+                ) + if i == 0 { jiggle } else { Vec4::ZERO },
                 ..Particle::default()
             });
             self.axes

@@ -83,7 +83,8 @@ pub struct DynamicsOptions {
     pub inner: u32,
     /// Iterations over all muscles, 1 to [`DynamicsOptions::MOST_OUTER`].
     pub outer: u32,
-    /// Passes over the contacts alone that end a substep.
+    /// Passes over the contacts alone that end a substep, at most; one that moves a particle by less than a micrometre is
+    /// its last.
     pub final_passes: u32,
     /// What collides.
     pub contacts: Contacts,
@@ -239,6 +240,7 @@ impl Counts {
     pub fn dynamics(&self, options: &FrameOptions) -> Option<DynamicsOptions> {
         let fields = options.skinning == Skinning::Implicit && self.groups > 0 && self.muscles > 0;
         let usable = |d: DynamicsOptions| DynamicsOptions {
+            inner: d.inner.max(1),
             outer: d.outer.clamp(1, DynamicsOptions::MOST_OUTER),
             rate: d.rate.max(1),
             ..d

@@ -123,9 +123,6 @@ fn main(
     let i = 2u * slot;
     let idle = thread / params.threads_per_muscle > last || i > body.segments || moved[joint + body.driver].runs == 0u;
     var pair = Pair(load(work, i), load(work, i + 1u));
-    if !idle {
-        pair = hold_planes(work, i, pair);
-    }
     let scale = moved[joint + body.driver].scale;
     var inner = segment(work, i, scale);
     // The segments to the neighbouring pairs: each of the two threads knows it, and changes it as the other one does.
@@ -134,6 +131,11 @@ fn main(
         before = segment(work, i - 1u, scale);
     }
     var after = segment(work, i + 1u, scale);
+    // Neighbours have read what this thread writes from here on.
+    storageBarrier();
+    if !idle {
+        pair = hold_planes(work, i, pair);
+    }
     let radius_squared = iterates[work.read + 1u].w;
     var relaxation = 1.0;
     for (var k = 0u; k < 2u * params.done; k++) {

@@ -126,12 +126,20 @@ fn hold_rested(before: Bead, after: Bead) -> bool {
 // The final contact passes; what one of them has hardly moved, the next one would not move either.
 fn hold_settle(work: Work, start: Pair) -> Pair {
     var pair = start;
-    for (var k = 0u; k < params.final_passes; k++) {
-        let before = pair;
-        pair = hold_pass(work, pair);
-        if hold_rested(before.first, pair.first) && hold_rested(before.second, pair.second) {
-            break;
+    var rested_0 = false;
+    var rested_1 = false;
+    for (var k = 0u; k < params.final_passes && !(rested_0 && rested_1); k++) {
+        let next = hold_pass(work, pair);
+        let rests_0 = hold_rested(pair.first, next.first);
+        let rests_1 = hold_rested(pair.second, next.second);
+        if !rested_0 {
+            pair.first = next.first;
         }
+        if !rested_1 {
+            pair.second = next.second;
+        }
+        rested_0 = rested_0 || rests_0;
+        rested_1 = rested_1 || rests_1;
     }
     return pair;
 }

@@ -47,10 +47,15 @@ fn peer_found(peers: Peers, found: vec4<f32>, link: u32) -> Peers {
     return peers;
 }
 
+// Whether neighbours leave a particle alone: tendons of one bone meet at it, and the bones move the ends.
+fn peer_free(bead: Bead) -> bool {
+    return bead.clear < 1.0 || bead.mass == 0.0;
+}
+
 // Planes against them, in the order of the links.
 fn peer_planes(work: Work, i: u32, found: Peers, start: Bead) -> Bead {
     var bead = start;
-    if bead.clear < 1.0 {
+    if peer_free(bead) {
         return bead;
     }
     var peers = found;
@@ -71,7 +76,7 @@ fn peer_planes(work: Work, i: u32, found: Peers, start: Bead) -> Bead {
 }
 
 fn peer_apart(bead: Bead, lowest: vec3<f32>, highest: vec3<f32>) -> bool {
-    return any(bead.p + bead.radius < lowest) || any(bead.p - bead.radius > highest);
+    return peer_free(bead) || any(bead.p + bead.radius < lowest) || any(bead.p - bead.radius > highest);
 }
 
 fn peer_hold(work: Work, i: u32, start: Pair) -> Pair {

@@ -1,4 +1,4 @@
-// What a particle touches: bones, and the skin from within. Reads the globals bones, moved, groups and nodes.
+// What a particle touches: bones, and the skin from within. Reads the globals bones, moved and nodes.
 
 // A unit normal that leads out of a contact, and in `w` the distance by which it is kept, metres; less than 0 where it is
 // not. TOUCH_NOTHING stands for no contact.

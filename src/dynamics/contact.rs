@@ -102,7 +102,7 @@ pub(super) fn follow(before: Option<Plane>, contact: &Contact, p: Vec3, play: f3
 }
 
 impl Surroundings<'_> {
-    /// The bone that a particle is deepest in, or nearest to.
+    /// A particle against one bone.
     ///
     /// The particle is a sphere of `radius`; in a tendon only the share `clear` of it counts, and the rest of the way the
     /// depth at which the bone holds the muscle's end, on the side of it that `share` says.

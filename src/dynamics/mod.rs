@@ -13,7 +13,7 @@
 //! # The elastic constraint
 //! A segment from `p` to `q` with rest length `l0` is the spring of energy `K (|q - p| - l0)^2 / 2`. Its multiplier is a
 //! vector, and one projection solves the segment with everything else as it is: without its own pull its span would be
-//! `e`, and the pull `(|e| - l0) / (w_p + w_q + 1 / (K h^2)) e / |e|` is the solution . Sweeps in two colours are
+//! `e`, and the pull `(|e| - l0) / (w_p + w_q + 1 / (K h^2)) e / |e|` is the solution. Sweeps in two colours are
 //! therefore a descent of the substep's energy; where rest lengths are small, as between the tendons, they are
 //! Gauss-Seidel on a tridiagonal, symmetric and positive definite system, they cannot diverge as Newton's steps on the
 //! scalar constraint do (prototypes 1), and the over-relaxation that is best for them is known
@@ -74,7 +74,7 @@ crate::gpu_struct! {
         pub ends_substep: u32,
         /// Inner iterations.
         pub inner: u32,
-        /// Contact passes that end a substep.
+        /// Contact passes that end a substep, at most.
         pub final_passes: u32,
         /// 1 where constraints are averaged, 0 where they go in two colours.
         pub jacobi: u32,
@@ -96,7 +96,7 @@ crate::gpu_struct! {
         pub frequency: f32,
         /// Coefficient of friction.
         pub friction: f32,
-        /// Least displacement of a substep, metres.
+        /// Displacement under which a particle that presses against a muscle stays where it is in a substep, metres.
         pub deadband: f32,
     }
 }

@@ -149,7 +149,7 @@ impl<'a> Held<'a> {
     /// substep later would go on forever otherwise (prototypes 1).
     fn peers(&self, i: usize, p: Vec3, own: &mut Particle) -> [Vec4; 2] {
         // Tendons of one bone meet at it.
-        if self.sizes[i].1 < 1.0 {
+        if self.sizes[i].1 < 1.0 || self.peers.is_empty() {
             return [Vec4::ZERO; 2];
         }
         let mut found = [(Contact::NONE, 0); 2];

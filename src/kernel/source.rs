@@ -19,7 +19,7 @@ pub struct Part {
     pub constants: &'static [Constant],
 }
 
-/// A WGSL override and the host's value for it: no number is written twice.
+/// A WGSL override and the host's value for it: no number that decides anything is written twice.
 pub type Constant = (&'static str, f64);
 
 /// Thread indices of folded dispatches.

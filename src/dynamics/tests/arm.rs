@@ -165,6 +165,8 @@ fn muscles_that_press_on_one_another_come_to_rest() {
         let overlap = arm.measure(&simulation, &inputs).overlap;
         assert!(wander < 1e-4 && overlap < 2.5e-3, "{activation}: wanders {wander} m, overlap {overlap} m");
     }
+    let curl = arm.played("biceps_curl", 0..60, &options);
+    assert!(curl.overlap < 2.5e-3, "overlap {} m over the curl", curl.overlap);
     // All in one group press harder, and without play it never ends.
     let crowd = Actor::arm(Some("arm"), &[]).expect("as above");
     let loose = DynamicsOptions { play: 0.0, deadband: 0.0, ..options };
@@ -195,11 +197,12 @@ fn muscles_stay_out_of_bones_and_in_the_skin() {
 #[test]
 fn a_whole_body_walks_and_jumps() {
     let Some(body) = Actor::new("mh_male_athletic", Some(""), &[]) else { return };
-    for (clip, bound) in [("walk", 0.02), ("jump", 0.03)] {
+    // Shares of the radius, and the metres that may be more than that.
+    for (clip, bound, least) in [("walk", 0.02, 0.0), ("jump", 0.03, 2e-4)] {
         let mut found = body.played(clip, 0..36, &one_by_one());
         let (most, deepest) = found.depths();
         println!("{clip}: p95 {most}, deepest {deepest:?}, outside {}", found.outside);
-        assert!(most <= 0.02 && (deepest.0 <= bound || deepest.1 <= 2e-4), "{clip}: {most} {deepest:?}");
+        assert!(most <= 0.02 && (deepest.0 <= bound || deepest.1 <= least), "{clip}: {most} {deepest:?}");
         assert!(found.outside <= 1e-4, "{clip}: {}", found.outside);
     }
 }
