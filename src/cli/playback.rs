@@ -99,7 +99,7 @@ mod tests {
     fn a_frame_alone_is_that_frame_of_the_whole_clip() {
         let scene = sinew::io::gltf::from_bytes(include_bytes!("../../assets/arm.glb"), "arm").expect("the arm");
         let text = include_str!("../../assets/arm.muscles.toml");
-        let slow = text.replace("width = 0.0290", "width = 0.0290\nattack = 2.0");
+        let slow = text.replace("name = \"biceps\"", "name = \"biceps\"\nattack = 2.0");
         let rig = |text: &str| {
             let file = muscle_file::parse(text, Path::new("arm.muscles.toml")).expect("good");
             Rig::build(scene.character.clone(), &file.muscles, &BuildOptions::default()).expect("a rig")

@@ -147,7 +147,8 @@ mod tests {
     fn a_mode_alone_is_the_librarys_default() {
         assert_eq!(options(&["--dynamics", "xpbd"]), Some(DynamicsOptions::default()));
         assert_eq!(options(&["--dynamics", "pbd"]), Some(DynamicsOptions::pbd()));
-        assert_eq!(options(&[]), None);
+        assert_eq!(options(&["--dynamics", "off"]), None);
+        assert_eq!(options(&[]), Some(DynamicsOptions::default()), "muscles move unless asked otherwise");
     }
 
     #[test]
@@ -177,7 +178,7 @@ mod tests {
         for flags in wrong {
             assert!(dynamics(flags).is_none(), "{flags:?}");
         }
-        let alone = dynamics(&["--solver", "jacobi"]).expect("good flags");
+        let alone = dynamics(&["--dynamics", "off", "--solver", "jacobi"]).expect("good flags");
         assert!(matches!(alone.options(), Err(Failure::Usage(text)) if text.contains("--solver needs --dynamics")));
         let both = dynamics(&["--dynamics", "pbd", "--frequency", "8"]).expect("good flags");
         assert!(matches!(both.options(), Err(Failure::Usage(text)) if text.contains("--frequency")));
