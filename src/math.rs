@@ -93,6 +93,37 @@ pub fn transpose_vector(m: &Mat4, v: Vec3) -> Vec3 {
     Vec3::new(m.x_axis.truncate().dot(v), m.y_axis.truncate().dot(v), m.z_axis.truncate().dot(v))
 }
 
+/// Volume factors below this have no inverse.
+pub(crate) const FLAT: f32 = 1e-18;
+
+/// The inverse of an affine map, and its volume factor; the identity where there is none.
+#[inline]
+pub fn affine_inverse(m: &Mat4) -> (Mat4, f32) {
+    let (x, y, z) = (m.x_axis.truncate(), m.y_axis.truncate(), m.z_axis.truncate());
+    let (yz, zx, xy) = (y.cross(z), z.cross(x), x.cross(y));
+    let volume = x.dot(yz);
+    if volume.abs() < FLAT {
+        return (Mat4::IDENTITY, volume);
+    }
+    let scale = 1.0 / volume;
+    let (a, b, c) = (yz * scale, zx * scale, xy * scale);
+    let t = m.w_axis.truncate();
+    let inverse = Mat4::from_cols(
+        Vec4::new(a.x, b.x, c.x, 0.0),
+        Vec4::new(a.y, b.y, c.y, 0.0),
+        Vec4::new(a.z, b.z, c.z, 0.0),
+        Vec4::new(-a.dot(t), -b.dot(t), -c.dot(t), 1.0),
+    );
+    (inverse, volume)
+}
+
+/// A product of matrices with its sums in the order of the kernels.
+#[inline]
+pub fn product(a: &Mat4, b: &Mat4) -> Mat4 {
+    let column = |v: Vec4| a.x_axis * v.x + a.y_axis * v.y + a.z_axis * v.z + a.w_axis * v.w;
+    Mat4::from_cols(column(b.x_axis), column(b.y_axis), column(b.z_axis), column(b.w_axis))
+}
+
 /// `x` to a small whole power by repeated multiplication: `pow` differs between drivers, multiplication does not.
 #[inline]
 pub fn power(x: f32, exponent: u32) -> f32 {

@@ -3,19 +3,22 @@
 use crate::{
     dynamics::{Bodies, DynamicsParams, Particle, Simulation, Skins},
     error::PoseError,
-    field::muscle::{AxisPoint, MuscleFrame, axis::half},
+    field::{
+        evaluate::{GroupFrame, Place},
+        muscle::{AxisPoint, MuscleFrame, axis::half},
+    },
     normals::{self, Fans},
     rig::{FrameInputs, Pose, Rig},
-    schedule::{self, Counts, FrameOptions, KernelId, Positions, Step},
+    schedule::{self, Counts, FrameOptions, KernelId, Positions, Skinning, Step},
     skinning::{self, SkinInput},
-    tracking::{self, FieldInput, MarchParams, MarchReport},
+    tracking::{self, CarryInput, FieldInput, RelaxInput, Skin, SubPose, Track, TrackParams, Way},
     wrap::{self, ShapeInput},
 };
 use glam::Vec4;
 use std::sync::Arc;
 
 /// Everything one frame produced, stage by stage.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// The steps that were played.
     pub steps: Vec<Step>,
@@ -27,10 +30,10 @@ pub struct Trace {
     pub axes: Vec<AxisPoint>,
     /// Points of the muscles in motion; empty without dynamics.
     pub particles: Vec<Particle>,
-    /// Marched positions; empty without a march.
+    /// Tracked positions; empty without the tracker.
     pub tracked: Vec<Vec4>,
-    /// How each vertex's march ended; empty without a march.
-    pub reports: Vec<MarchReport>,
+    /// What the tracker keeps of every vertex; empty without it.
+    pub tracks: Vec<Track>,
     /// Unit normals of the final positions, `w = 0`.
     pub normals: Vec<Vec4>,
 }
@@ -47,13 +50,20 @@ impl Trace {
 pub struct Motion {
     /// Muscles in motion; none where they have no dynamics.
     pub simulation: Option<Simulation>,
+    /// The skin; none where it is not tracked.
+    pub skin: Option<Skin>,
 }
 
 impl Motion {
     /// The start of a motion of these options.
     pub fn new(rig: &Rig, options: &FrameOptions) -> Motion {
-        let moving = counts(rig).dynamics(options);
-        Motion { simulation: moving.map(|_| Simulation::new(Arc::new(Bodies::new(rig)))) }
+        let counts = counts(rig);
+        let moving = counts.dynamics(options);
+        let tracked = options.skinning == Skinning::Implicit && counts.groups > 0;
+        Motion {
+            simulation: moving.map(|_| Simulation::new(Arc::new(Bodies::new(rig)))),
+            skin: tracked.then(|| Skin::rest(&rig.positions_rest)),
+        }
     }
 }
 
@@ -83,16 +93,33 @@ impl<'a> Reference<'a> {
     /// # Errors
     /// The pose is another character's or not finite; the motion has not changed then.
     pub fn next(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
-        self.play_where(motion, pose, options, |_| true)
+        self.play_where(motion, pose, options, Trace::default(), |_| true)
     }
 
-    /// Goes on to the next frame of a motion without its skin: only muscles are moved and shaped. What comes after is the
-    /// same, to the bit, as after [`Reference::next`].
+    /// Moves the skin of a motion on to a pose over muscles that have been shaped for it.
+    ///
+    /// # Errors
+    /// As [`Reference::next`].
+    pub fn skin(
+        &self,
+        motion: &mut Motion,
+        pose: &Pose,
+        options: &FrameOptions,
+        muscles: Vec<MuscleFrame>,
+        axes: Vec<AxisPoint>,
+    ) -> Result<Trace, PoseError> {
+        let shaped = Trace { muscles, axes, ..Trace::default() };
+        let options = FrameOptions { dynamics: None, ..*options };
+        self.play_where(motion, pose, &options, shaped, |step| step.kernel != KernelId::MuscleShape)
+    }
+
+    /// Goes on to the next frame of a motion without its output. What comes after is the same, to the bit, as after
+    /// [`Reference::next`].
     ///
     /// # Errors
     /// As [`Reference::next`].
     pub fn advance(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> Result<Trace, PoseError> {
-        self.play_where(motion, pose, options, Step::is_of_muscles)
+        self.play_where(motion, pose, options, Trace::default(), Step::is_of_motion)
     }
 
     /// Plays the chosen steps of the next frame.
@@ -101,6 +128,7 @@ impl<'a> Reference<'a> {
         motion: &mut Motion,
         pose: &Pose,
         options: &FrameOptions,
+        mut trace: Trace,
         chosen: impl Fn(&Step) -> bool,
     ) -> Result<Trace, PoseError> {
         let inputs = FrameInputs::new(self.rig, pose)?;
@@ -109,35 +137,33 @@ impl<'a> Reference<'a> {
             (Some(simulation), Some(dynamics)) => simulation.begin(&inputs, pose.time.into(), &dynamics),
             _ => 0,
         };
-        let mut steps = schedule::frame(&counts, options, inputs.joints.len() as u32, turns);
-        steps.retain(chosen);
-        let mut trace = Trace {
-            steps,
-            skinned: Vec::new(),
-            muscles: Vec::new(),
-            axes: Vec::new(),
-            particles: Vec::new(),
-            tracked: Vec::new(),
-            reports: Vec::new(),
-            normals: Vec::new(),
-        };
+        let mut under_way = UnderWay::default();
+        if let Some(skin) = &mut motion.skin {
+            (under_way.way, under_way.sub_poses) = skin.path.advance(self.rig, pose, &options.track);
+        }
+        trace.steps = schedule::frame(&counts, options, turns, under_way.way.count);
+        trace.steps.retain(chosen);
         for step in trace.steps.clone() {
-            self.play(&step, &inputs, options, motion, &mut trace);
+            self.play(&step, &inputs, options, motion, &mut under_way, &mut trace);
         }
         if let Some(simulation) = &mut motion.simulation {
             simulation.axes.clone_from(&trace.axes);
             trace.particles.clone_from(&simulation.particles);
         }
+        if let Some(skin) = &motion.skin {
+            trace.tracks.clone_from(&skin.tracks);
+        }
         Ok(trace)
     }
 
     /// Plays one step: reads what earlier steps left in `trace`, and adds its own result.
-    pub fn play(
+    fn play(
         &self,
         step: &Step,
         inputs: &FrameInputs,
         options: &FrameOptions,
         motion: &mut Motion,
+        under_way: &mut UnderWay,
         trace: &mut Trace,
     ) {
         let rig = self.rig;
@@ -162,22 +188,18 @@ impl<'a> Reference<'a> {
                 trace.axes.resize(rig.point_count as usize, AxisPoint::default());
                 let half = half(rig.muscles.len() as u32, rig.point_count);
                 let iterates = motion.simulation.as_ref().map_or(&[][..], |s| &s.iterates[..half]);
-                let (joints, groups) = (&inputs.joints, &inputs.groups);
-                let input = ShapeInput { joints, groups, inputs: &inputs.muscles, iterates };
+                let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates };
                 wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
-            KernelId::March => {
-                trace.tracked.resize(vertices, Vec4::ZERO);
-                trace.reports.resize(vertices, MarchReport::default());
-                let field = FieldInput {
-                    groups: &inputs.groups,
-                    nodes: &rig.nodes,
-                    muscles: &trace.muscles,
-                    axes: &trace.axes,
-                };
-                let params = MarchParams::new(&counts(rig), 1, &options.march);
-                let (skinned, tracked) = (&trace.skinned, &mut trace.tracked);
-                tracking::march(&params, &field, &rig.targets, skinned, tracked, &mut trace.reports);
+            KernelId::TrackCarry
+            | KernelId::TrackPlace
+            | KernelId::TrackMarch
+            | KernelId::TrackTurn
+            | KernelId::TrackSlide
+            | KernelId::TrackSpread => {
+                if let Some(skin) = &mut motion.skin {
+                    self.track(step, &inputs.groups, options, skin, under_way, trace);
+                }
             }
             KernelId::Normals => {
                 trace.normals.resize(vertices, Vec4::ZERO);
@@ -185,14 +207,13 @@ impl<'a> Reference<'a> {
                     Fans { triangles: &rig.topology.corners, fans: &rig.topology.fans, members: &rig.topology.members };
                 let positions = match step.reads {
                     Some(Positions::Tracked) => &trace.tracked,
-                    Some(Positions::Skinned) | None => &trace.skinned,
+                    _ => &trace.skinned,
                 };
                 normals::from_faces(&fans, positions, &mut trace.normals);
             }
             KernelId::JointStep | KernelId::MusclePredict | KernelId::MuscleProject => {
                 if let (Some(simulation), Some(dynamics)) = (&mut motion.simulation, &options.dynamics) {
-                    let joints = inputs.joints.len() as u32;
-                    let params = DynamicsParams::new(&counts(rig), 1, joints, dynamics, step.outer);
+                    let params = DynamicsParams::new(&counts(rig), 1, counts(rig).joints, dynamics, step.outer);
                     match step.kernel {
                         KernelId::JointStep => simulation.step_joints(step.carries),
                         KernelId::MusclePredict => simulation.predict(&params, inputs),
@@ -205,10 +226,80 @@ impl<'a> Reference<'a> {
     }
 }
 
+/// What the tracker holds during one frame.
+#[derive(Default)]
+struct UnderWay {
+    way: Way,
+    sub_poses: Vec<SubPose>,
+    slid: Vec<Vec4>,
+}
+
+impl Reference<'_> {
+    /// Plays one step of the tracker; `groups` are those of the pose itself.
+    fn track(
+        &self,
+        step: &Step,
+        groups: &[GroupFrame],
+        options: &FrameOptions,
+        skin: &mut Skin,
+        under_way: &mut UnderWay,
+        trace: &mut Trace,
+    ) {
+        let rig = self.rig;
+        let targets = &rig.targets;
+        let params = TrackParams::new(&counts(rig), 1, &options.track, step.sub_pose, step.projects);
+        let sub_pose = under_way.sub_poses.iter().rev().nth(step.sub_pose as usize);
+        let relax =
+            RelaxInput { targets: &targets.vertices, edges: &rig.graph.edges, positions_rest: &rig.positions_rest };
+        match (step.kernel, sub_pose) {
+            (KernelId::TrackCarry, Some(sub_pose)) => {
+                let input = CarryInput {
+                    joints: &sub_pose.joints,
+                    positions_rest: &rig.positions_rest,
+                    offsets: &rig.character.influence_offsets,
+                    influences: &rig.character.influences,
+                    targets: &targets.vertices,
+                };
+                tracking::carry(&params, &under_way.way, &input, &mut skin.positions, &mut skin.tracks);
+            }
+            (KernelId::TrackPlace, Some(sub_pose)) => {
+                skin.places.resize(targets.reaches.len(), Place::default());
+                tracking::place(&sub_pose.joints, &targets.reaches, &targets.blends, &mut skin.places);
+            }
+            (KernelId::TrackMarch, _) => {
+                let field = FieldInput {
+                    groups: sub_pose.map_or(groups, |sub_pose| &sub_pose.groups),
+                    nodes: &rig.nodes,
+                    muscles: &trace.muscles,
+                    axes: &trace.axes,
+                };
+                let Skin { positions, tracks, places, .. } = skin;
+                tracking::march(&params, &field, &targets.vertices, places, positions, tracks);
+            }
+            (KernelId::TrackTurn, _) => tracking::turn(&params, &relax, &skin.positions, &mut skin.tracks),
+            (KernelId::TrackSlide, _) => {
+                under_way.slid.resize(skin.positions.len(), Vec4::ZERO);
+                let (from, to) = match step.reads {
+                    Some(Positions::Slid) => (&under_way.slid, &mut skin.positions),
+                    _ => (&skin.positions, &mut under_way.slid),
+                };
+                tracking::slide(&params, &relax, &skin.tracks, from, to);
+            }
+            (KernelId::TrackSpread, _) => {
+                trace.tracked.resize(skin.positions.len(), Vec4::ZERO);
+                tracking::spread(&targets.vertices, &skin.positions, &mut trace.tracked);
+            }
+            _ => {}
+        }
+    }
+}
+
 /// Sizes of a rig that schedules depend on.
 fn counts(rig: &Rig) -> Counts {
     Counts {
         vertices: rig.character.vertex_count() as u32,
+        joints: rig.character.joints.len() as u32,
+        reaches: rig.targets.reaches.len() as u32,
         muscles: rig.muscles.len() as u32,
         points: rig.point_count,
         most_segments: rig.most_segments(),

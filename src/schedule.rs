@@ -14,22 +14,66 @@ pub enum Skinning {
     DualQuaternion,
 }
 
-/// Settings of the march.
+/// Settings of the tracker (prototypes 3; background 1.12 and 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MarchOptions {
-    /// Most steps of a vertex.
-    pub max_steps: u32,
-    /// Share of the Newton step that is taken: .35 in Implicit Skinning's implementations (background 1.12).
+pub struct TrackOptions {
+    /// Passes of a sub-pose that relax the skin along the field after their step.
+    pub passes: u32,
+    /// Passes after them, in the pose itself, that only take the step.
+    pub projections: u32,
+    /// Sweeps of a relaxation: an even number, since positions go to and fro between two buffers.
+    pub sweeps: u32,
+    /// Share of the Newton step that is taken: .35 in Implicit Skinning's implementations.
     pub relaxation: f32,
-    /// Field difference at which a vertex has arrived.
+    /// Share of it in the last passes.
+    pub projection: f32,
+    /// Field difference at which a vertex counts as arrived.
     pub tolerance: f32,
     /// Longest step in support radii.
     pub max_step_radii: f32,
+    /// How far a sub-pose of a turn of `direct_degrees` draws vertices without contact to linear skinning, 0..=1, and a
+    /// smaller turn in proportion: it holds what they forget.
+    pub anchor: f32,
+    /// Share of a relaxation's way that vertices are spared where skin presses against skin, 0..=1.
+    pub contact_hold: f32,
+    /// How strongly the skin's rotations follow the field's normal.
+    pub normal_weight: f32,
+    /// Turn of a joint up to which a pose is one sub-pose, degrees.
+    pub direct_degrees: f32,
+    /// Turn of a joint in one of several sub-poses, degrees.
+    pub degrees: f32,
 }
 
-impl Default for MarchOptions {
+impl Default for TrackOptions {
     fn default() -> Self {
-        MarchOptions { max_steps: 40, relaxation: 0.35, tolerance: 1e-4, max_step_radii: 0.2 }
+        TrackOptions {
+            passes: 5,
+            projections: 3,
+            sweeps: 4,
+            relaxation: 0.35,
+            projection: 0.8,
+            tolerance: 1e-3,
+            max_step_radii: 0.2,
+            anchor: 0.1,
+            contact_hold: 0.8,
+            normal_weight: 0.5,
+            direct_degrees: 20.0,
+            degrees: 10.0,
+        }
+    }
+}
+
+impl TrackOptions {
+    /// Most sub-poses of one pose.
+    pub const MOST_SUB_POSES: u32 = 18;
+
+    /// Sub-poses of a turn by `angle` radians.
+    pub fn sub_poses(&self, angle: f32) -> u32 {
+        let degrees = angle.to_degrees();
+        if degrees <= self.direct_degrees {
+            return 1;
+        }
+        ((degrees / self.degrees).ceil() as u32).clamp(1, Self::MOST_SUB_POSES)
     }
 }
 
@@ -149,8 +193,8 @@ impl DynamicsOptions {
 pub struct FrameOptions {
     /// How skin follows joints.
     pub skinning: Skinning,
-    /// Settings of the march.
-    pub march: MarchOptions,
+    /// Settings of the tracker.
+    pub track: TrackOptions,
     /// Muscles in motion; without, their axes are straight.
     pub dynamics: Option<DynamicsOptions>,
 }
@@ -170,8 +214,18 @@ pub enum KernelId {
     MuscleProject,
     /// Muscle ends, length and width.
     MuscleShape,
-    /// Vertices to their rest iso-value.
-    March,
+    /// Vertices to where a sub-pose's joints take them.
+    TrackCarry,
+    /// The frames through which vertices see the groups around them.
+    TrackPlace,
+    /// One step towards the rest iso-values.
+    TrackMarch,
+    /// How the skin around every vertex has turned.
+    TrackTurn,
+    /// One sweep of relaxation along the field.
+    TrackSlide,
+    /// First copies' positions to all vertices.
+    TrackSpread,
     /// Normals and output vertices.
     Normals,
     /// The composed field at given points; no part of a frame.
@@ -185,7 +239,11 @@ pub enum KernelId {
 pub enum Positions {
     /// After geometric skinning.
     Skinned,
-    /// After the march.
+    /// Under way in the tracker.
+    Skin,
+    /// The same after an odd number of sweeps.
+    Slid,
+    /// After the tracker.
     Tracked,
 }
 
@@ -204,21 +262,27 @@ pub struct Step {
     pub outer: u32,
     /// Whether it carries joints and axes on to the frame, rather than through a substep.
     pub carries: bool,
+    /// Which sub-pose it is of, of a step of the tracker: 0 is the pose itself, which comes last.
+    pub sub_pose: u32,
+    /// Whether it is of the tracker's last passes.
+    pub projects: bool,
 }
 
 impl Step {
-    /// Whether it moves or shapes muscles, rather than skin. These steps alone carry a motion from frame to frame.
-    pub fn is_of_muscles(&self) -> bool {
-        use KernelId::{JointStep, MusclePredict, MuscleProject, MuscleShape};
-        matches!(self.kernel, JointStep | MusclePredict | MuscleProject | MuscleShape)
+    /// Whether it carries a motion on from frame to frame, rather than making this frame's output.
+    pub fn is_of_motion(&self) -> bool {
+        use KernelId::{Normals, SkinDualQuaternion, SkinLinear, TrackSpread};
+        !matches!(self.kernel, Normals | SkinDualQuaternion | SkinLinear | TrackSpread)
     }
 }
 
 /// Sizes of a rig that a schedule depends on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Vertices.
     pub vertices: u32,
+    /// Joints.
+    pub joints: u32,
     /// Muscles.
     pub muscles: u32,
     /// Points of all muscles' axes together.
@@ -227,6 +291,8 @@ pub struct Counts {
     pub most_segments: u32,
     /// Field groups; 0 where the rig has no fields.
     pub groups: u32,
+    /// Reaches of all vertices.
+    pub reaches: u32,
 }
 
 impl Counts {
@@ -250,18 +316,33 @@ impl Counts {
 }
 
 /// The steps of one frame, in order. Steps without work are left out. `turns` are the substeps of the dynamics, and
-/// `joints` the joints of the character.
-pub fn frame(counts: &Counts, options: &FrameOptions, joints: u32, turns: u32) -> Vec<Step> {
-    let implicit = options.skinning == Skinning::Implicit && counts.groups > 0;
-    let skin = match options.skinning {
-        Skinning::DualQuaternion => KernelId::SkinDualQuaternion,
-        Skinning::Implicit | Skinning::Linear => KernelId::SkinLinear,
+/// `sub_poses` those of the tracker.
+pub fn frame(counts: &Counts, options: &FrameOptions, turns: u32, sub_poses: u32) -> Vec<Step> {
+    let mut steps = Vec::new();
+    let last = if options.skinning == Skinning::Implicit && counts.groups > 0 {
+        muscles(counts, options, turns, &mut steps);
+        track(counts, &options.track, sub_poses, &mut steps);
+        Positions::Tracked
+    } else {
+        let kernel = match options.skinning {
+            Skinning::DualQuaternion => KernelId::SkinDualQuaternion,
+            Skinning::Implicit | Skinning::Linear => KernelId::SkinLinear,
+        };
+        steps.push(step(kernel, counts.vertices, None, Some(Positions::Skinned)));
+        Positions::Skinned
     };
-    let step = |kernel, items, reads, writes| Step { kernel, items, reads, writes, outer: 0, carries: false };
-    let mut steps = vec![step(skin, counts.vertices, None, Some(Positions::Skinned))];
-    let mut last = Positions::Skinned;
+    steps.push(step(KernelId::Normals, counts.vertices, Some(last), None));
+    steps.retain(|s| s.items > 0);
+    steps
+}
+
+fn step(kernel: KernelId, items: u32, reads: Option<Positions>, writes: Option<Positions>) -> Step {
+    Step { kernel, items, reads, writes, outer: 0, carries: false, sub_pose: 0, projects: false }
+}
+
+fn muscles(counts: &Counts, options: &FrameOptions, turns: u32, steps: &mut Vec<Step>) {
     if let Some(dynamics) = counts.dynamics(options) {
-        let joints = step(KernelId::JointStep, joints, None, None);
+        let joints = step(KernelId::JointStep, counts.joints, None, None);
         let predict = step(KernelId::MusclePredict, counts.muscles, None, None);
         let project = step(KernelId::MuscleProject, counts.muscles * counts.threads_per_muscle(), None, None);
         for _ in 0..turns {
@@ -270,58 +351,98 @@ pub fn frame(counts: &Counts, options: &FrameOptions, joints: u32, turns: u32) -
         }
         steps.extend([joints, predict].map(|step| Step { carries: true, ..step }));
     }
-    if implicit {
-        steps.push(step(KernelId::MuscleShape, counts.muscles, None, None));
-        steps.push(step(KernelId::March, counts.vertices, Some(last), Some(Positions::Tracked)));
-        last = Positions::Tracked;
+    steps.push(step(KernelId::MuscleShape, counts.muscles, None, None));
+}
+
+/// Sub-poses count down to 0, the pose itself. A skin whose joints stand still is only projected: its muscles may move.
+fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Vec<Step>) {
+    let skin = Some(Positions::Skin);
+    let slid = Some(Positions::Slid);
+    let march = step(KernelId::TrackMarch, counts.vertices, skin, skin);
+    for sub_pose in (0..sub_poses).rev() {
+        let first = steps.len();
+        steps.push(step(KernelId::TrackCarry, counts.vertices, skin, skin));
+        steps.push(step(KernelId::TrackPlace, counts.reaches, None, None));
+        for _ in 0..options.passes {
+            steps.push(march);
+            steps.push(step(KernelId::TrackTurn, counts.vertices, skin, None));
+            for _ in 0..options.sweeps.div_ceil(2) {
+                steps.push(step(KernelId::TrackSlide, counts.vertices, skin, slid));
+                steps.push(step(KernelId::TrackSlide, counts.vertices, slid, skin));
+            }
+        }
+        steps[first..].iter_mut().for_each(|step| step.sub_pose = sub_pose);
     }
-    steps.push(step(KernelId::Normals, counts.vertices, Some(last), None));
-    steps.retain(|s| s.items > 0);
-    steps
+    steps.extend((0..options.projections).map(|_| Step { projects: true, ..march }));
+    steps.push(step(KernelId::TrackSpread, counts.vertices, skin, Some(Positions::Tracked)));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn counts(vertices: u32, muscles: u32, groups: u32) -> Counts {
+        Counts { vertices, joints: 2, muscles, points: 30, most_segments: 29, groups, reaches: 4 }
+    }
+
     fn kernels(vertices: u32, muscles: u32, groups: u32, skinning: Skinning) -> Vec<KernelId> {
-        let options = FrameOptions { skinning, ..FrameOptions::default() };
-        frame(&Counts { vertices, muscles, points: 0, most_segments: 0, groups }, &options, 2, 3)
-            .iter()
-            .map(|s| s.kernel)
-            .collect()
+        let track = TrackOptions { passes: 1, projections: 2, ..TrackOptions::default() };
+        let options = FrameOptions { skinning, track, ..FrameOptions::default() };
+        frame(&counts(vertices, muscles, groups), &options, 3, 1).iter().map(|s| s.kernel).collect()
     }
 
     #[test]
     fn steps_follow_the_frame() {
         use KernelId::*;
-        assert_eq!(kernels(10, 2, 3, Skinning::Implicit), [SkinLinear, MuscleShape, March, Normals]);
-        assert_eq!(kernels(10, 0, 3, Skinning::Implicit), [SkinLinear, March, Normals]);
+        let tracked = [
+            TrackCarry,
+            TrackPlace,
+            TrackMarch,
+            TrackTurn,
+            TrackSlide,
+            TrackSlide,
+            TrackMarch,
+            TrackMarch,
+            TrackSpread,
+        ];
+        let expected = |muscles: &[KernelId]| [muscles, &tracked, &[Normals]].concat();
+        assert_eq!(kernels(10, 2, 3, Skinning::Implicit), expected(&[MuscleShape]));
+        assert_eq!(kernels(10, 0, 3, Skinning::Implicit), expected(&[]));
         assert_eq!(kernels(10, 2, 0, Skinning::Implicit), [SkinLinear, Normals]);
         assert_eq!(kernels(10, 2, 3, Skinning::DualQuaternion), [SkinDualQuaternion, Normals]);
         assert_eq!(kernels(0, 0, 3, Skinning::Linear), []);
     }
 
     #[test]
-    fn steps_of_muscles_are_all_but_those_of_skin() {
+    fn a_motion_needs_all_but_the_output() {
         use KernelId::*;
         let options = FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
-        let steps = frame(&Counts { vertices: 10, muscles: 2, points: 8, most_segments: 3, groups: 3 }, &options, 2, 1);
+        let steps = frame(&counts(10, 2, 3), &options, 1, 0);
         let kernels =
-            |of_muscles| steps.iter().filter(|s| s.is_of_muscles() == of_muscles).map(|s| s.kernel).collect::<Vec<_>>();
+            |of_motion| steps.iter().filter(|s| s.is_of_motion() == of_motion).map(|s| s.kernel).collect::<Vec<_>>();
         let moved = [JointStep, MusclePredict, MuscleProject, MuscleProject, JointStep, MusclePredict, MuscleShape];
-        assert_eq!(kernels(true), moved);
-        assert_eq!(kernels(false), [SkinLinear, March, Normals]);
+        assert_eq!(kernels(true), [&moved[..], &[TrackMarch; 3]].concat());
+        assert_eq!(kernels(false), [TrackSpread, Normals]);
+    }
+
+    #[test]
+    fn sub_poses_count_down_to_the_pose() {
+        let steps = frame(&counts(10, 0, 3), &FrameOptions::default(), 0, 3);
+        let carried: Vec<u32> = steps.iter().filter(|s| s.kernel == KernelId::TrackCarry).map(|s| s.sub_pose).collect();
+        assert_eq!(carried, [2, 1, 0]);
+        assert!(steps.iter().rev().skip_while(|s| !s.projects).take(3).all(|s| s.projects && s.sub_pose == 0));
+        let options = TrackOptions::default();
+        let turn = |degrees: f32| options.sub_poses(degrees.to_radians());
+        assert_eq!([turn(0.0), turn(19.9), turn(20.1), turn(84.0), turn(5000.0)], [1, 1, 3, 9, 18]);
     }
 
     #[test]
     fn every_step_reads_what_an_earlier_one_wrote() {
         for skinning in [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion] {
             let options = FrameOptions { skinning, ..FrameOptions::default() };
-            let mut written = Vec::new();
-            for step in
-                frame(&Counts { vertices: 5, muscles: 1, points: 30, most_segments: 29, groups: 1 }, &options, 2, 3)
-            {
+            // The skin is where the frame before left it.
+            let mut written = vec![Positions::Skin];
+            for step in frame(&counts(5, 1, 1), &options, 2, 3) {
                 assert!(step.reads.is_none_or(|r| written.contains(&r)), "{step:?}");
                 written.extend(step.writes);
             }

@@ -4,14 +4,11 @@
 //! kernel `muscle_shape`.
 
 use crate::{
-    field::{
-        evaluate::GroupFrame,
-        muscle::{
-            self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest, axis,
-            mesh::{self, Detail, Surface},
-        },
+    field::muscle::{
+        self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest, axis,
+        mesh::{self, Detail, Surface},
     },
-    math::{transform_point, transform_vector},
+    math::{affine_inverse, transform_point, transform_vector},
     rig::JointFrame,
 };
 use glam::{Mat3, Mat4, Vec4, Vec4Swizzles};
@@ -38,13 +35,11 @@ crate::gpu_struct! {
     }
 }
 
-/// What shaping reads: one instance's joints, groups and muscle inputs.
+/// What shaping reads: one instance's joints and muscle inputs.
 #[derive(Clone, Copy)]
 pub struct ShapeInput<'a> {
     /// One per joint.
     pub joints: &'a [JointFrame],
-    /// One per field group.
-    pub groups: &'a [GroupFrame],
     /// One per muscle.
     pub inputs: &'a [MuscleInput],
     /// First half of the iterates of the dynamics ([`axis::half`]); empty where axes are straight.
@@ -55,7 +50,7 @@ pub struct ShapeInput<'a> {
 /// normals.
 ///
 /// `muscles` and `shaped` have one entry per muscle, `axes` one per axis point of all of them; everything in them is in
-/// scene space at rest of the muscle's field group, so that the pose's scale does not change its volume.
+/// scene space at rest of the muscle's joint, so that the pose's scale does not change its volume.
 pub fn shape(muscles: &[MuscleRest], input: &ShapeInput, shaped: &mut [MuscleFrame], axes: &mut [AxisPoint]) {
     for (index, ((rest, own), out)) in muscles.iter().zip(input.inputs).zip(shaped).enumerate() {
         let first = rest.first_point as usize;
@@ -70,7 +65,8 @@ fn shape_one(
     input: &ShapeInput,
     points: &mut [AxisPoint],
 ) -> MuscleFrame {
-    let to_rest = &input.groups[rest.group as usize].to_rest;
+    let (to_rest, _) = affine_inverse(&input.joints[rest.joint as usize].matrix);
+    let to_rest = &to_rest;
     let from = &input.joints[rest.origin_joint as usize].matrix;
     let to = &input.joints[rest.insertion_joint as usize].matrix;
     let origin = transform_point(to_rest, transform_point(from, rest.origin.xyz()));

@@ -6,12 +6,6 @@
 @group(0) @binding(3) var<storage, read> joints: array<JointFrame>;
 @group(0) @binding(4) var<storage, read_write> moved: array<MovedJoint>;
 
-override FLAT: f32;
-
-struct Inverse {
-    matrix: mat4x4<f32>,
-    volume: f32,
-}
 
 fn share_of(clock: StepClock, turn: u32) -> f32 {
     return select(clock.first + clock.step * (f32(turn) - 1.0), 0.0, turn == 0u);
@@ -56,31 +50,6 @@ fn between(before: JointFrame, now: JointFrame, share: f32) -> mat4x4<f32> {
     );
 }
 
-fn inverse_of(m: mat4x4<f32>) -> Inverse {
-    let x = m[0].xyz;
-    let y = m[1].xyz;
-    let z = m[2].xyz;
-    let yz = math_cross(y, z);
-    let volume = math_dot(x, yz);
-    if abs(volume) < FLAT {
-        return Inverse(mat4x4<f32>(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0), volume);
-    }
-    let scale = 1.0 / volume;
-    let a = yz * scale;
-    let b = math_cross(z, x) * scale;
-    let c = math_cross(x, y) * scale;
-    let t = m[3].xyz;
-    return Inverse(
-        mat4x4<f32>(
-            vec4<f32>(a.x, b.x, c.x, 0.0),
-            vec4<f32>(a.y, b.y, c.y, 0.0),
-            vec4<f32>(a.z, b.z, c.z, 0.0),
-            vec4<f32>(-math_dot(a, t), -math_dot(b, t), -math_dot(c, t), 1.0),
-        ),
-        volume,
-    );
-}
-
 fn times(a: mat4x4<f32>, v: vec4<f32>) -> vec4<f32> {
     return a[0] * v.x + a[1] * v.y + a[2] * v.z + a[3] * v.w;
 }
@@ -104,7 +73,7 @@ fn main(
     let now = joints[index];
     let start = between(before, now, start_share);
     let matrix = between(before, now, end_share);
-    let back = inverse_of(start);
+    let back = inverse_affine(start);
     let change = mat4x4<f32>(matrix[0] - start[0], matrix[1] - start[1], matrix[2] - start[2], matrix[3] - start[3]);
     var out = MovedJoint();
     out.matrix = matrix;
@@ -114,7 +83,7 @@ fn main(
         times(change, back.matrix[2]),
         times(change, back.matrix[3]),
     );
-    out.to_rest = inverse_of(matrix).matrix;
+    out.to_rest = inverse_affine(matrix).matrix;
     out.scale = math_cube_root(abs(back.volume));
     out.runs = select(0u, 1u, carries || clock.turn < clock.turns);
     out.retention = retention_of(clock);

@@ -5,10 +5,9 @@
 @group(0) @binding(1) var<storage, read> muscles_rest: array<MuscleRest>;
 @group(0) @binding(2) var<storage, read> inputs: array<MuscleInput>;
 @group(0) @binding(3) var<storage, read> joints: array<JointFrame>;
-@group(0) @binding(4) var<storage, read> groups: array<GroupFrame>;
-@group(0) @binding(5) var<storage, read_write> shaped: array<MuscleFrame>;
-@group(0) @binding(6) var<storage, read_write> axes: array<AxisPoint>;
-@group(0) @binding(7) var<storage, read> iterates: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read_write> shaped: array<MuscleFrame>;
+@group(0) @binding(5) var<storage, read_write> axes: array<AxisPoint>;
+@group(0) @binding(6) var<storage, read> iterates: array<vec4<f32>>;
 
 override MIN_LENGTH: f32;
 override LEAST_SUPPORT_RADII: f32;
@@ -83,7 +82,7 @@ fn main(
     }
     let instance = index / params.muscle_count;
     let rest = muscles_rest[index - instance * params.muscle_count];
-    let to_rest = groups[instance * params.group_count + rest.group].to_rest;
+    let to_rest = inverse_affine(joints[instance * params.joint_count + rest.joint].matrix).matrix;
     let origin_matrix = joints[instance * params.joint_count + rest.origin_joint].matrix;
     let insertion_matrix = joints[instance * params.joint_count + rest.insertion_joint].matrix;
     let origin = math_transform_point(to_rest, math_transform_point(origin_matrix, rest.origin.xyz));

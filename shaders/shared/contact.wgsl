@@ -1,38 +1,79 @@
-// What a vertex tracks: the composed field, and at a contact its own side of it (prototypes 3). Reads groups, nodes,
-// muscles and axes. The derivative of the weight w is left out, as in the authors' operators.
+// What a vertex tracks: the composed field, and at a contact its own side of it (prototypes 3). Reads the globals groups,
+// nodes, muscles, axes and places. The derivative of the weight w is left out, as in the authors' operators.
 override CONTACT_AGREE: f32;
 override CONTACT_TURN: f32;
 
-fn contact_own_side(place: FieldPlace, owner: u32, limit: f32, p_posed: vec3<f32>) -> GroupSample {
-    var own = Sample(0.0, vec3<f32>(0.0));
-    var other = GroupSample(0.0, vec3<f32>(0.0), FIELD_NO_GROUP);
+struct OwnSide {
+    value: f32,
+    gradient: vec3<f32>,
+    group: u32,
+    contact: f32,
+}
+
+// A vertex's own group and the other one that matters to it: the largest, and the one furthest above its limit.
+struct Neighbours {
+    own: Sample,
+    other: GroupSample,
+    pressing: Sample,
+    excess: f32,
+}
+
+// `first..end` are the places through which the vertex sees groups in a way of its own, ascending by group.
+fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end: u32, p_posed: vec3<f32>) -> Neighbours {
+    let none = Sample(0.0, vec3<f32>(0.0));
+    var found = Neighbours(none, GroupSample(0.0, vec3<f32>(0.0), FIELD_NO_GROUP), none, 0.0);
+    var next = first;
     for (var g = 0u; g < place.group_count; g++) {
+        var to_rest = groups[place.group + g].to_rest;
+        var most = limit;
+        if next < end && places[next].group == g {
+            to_rest = places[next].to_rest;
+            most = places[next].limit;
+            next++;
+        }
         if groups[place.group + g].present == 0u {
             continue;
         }
-        let sample = field_group(groups[place.group + g], place, p_posed);
+        let sample = field_group(place.group + g, to_rest, place, p_posed);
         if g == owner {
-            own = sample;
-        } else if sample.value > other.value {
-            other = GroupSample(sample.value, sample.gradient, g);
+            found.own = sample;
+            continue;
+        }
+        if sample.value > found.other.value {
+            found.other = GroupSample(sample.value, sample.gradient, g);
+        }
+        if sample.value - most > found.excess {
+            found.pressing = sample;
+            found.excess = sample.value - most;
         }
     }
+    return found;
+}
+
+fn contact_own_side(place: FieldPlace, owner: u32, limit: f32, first: u32, end: u32, p_posed: vec3<f32>) -> OwnSide {
+    let found = contact_neighbours(place, owner, limit, first, end, p_posed);
+    let own = found.own;
     var largest = GroupSample(own.value, own.gradient, owner);
-    if other.value > own.value {
-        largest = other;
+    if found.other.value > own.value {
+        largest = found.other;
     }
-    let product = math_dot(own.gradient, own.gradient) * math_dot(other.gradient, other.gradient);
+    var facing = found.other.gradient;
+    if found.excess > 0.0 {
+        facing = found.pressing.gradient;
+    }
+    let product = math_dot(own.gradient, own.gradient) * math_dot(facing, facing);
     if product <= 0.0 {
-        return largest;
+        return OwnSide(largest.value, largest.gradient, largest.group, 0.0);
     }
-    let cosine = math_dot(own.gradient, other.gradient) / sqrt(product);
-    let t = clamp((CONTACT_AGREE - cosine) / CONTACT_TURN, 0.0, 1.0);
-    let w = t * t * (3.0 - 2.0 * t);
+    let cosine = math_dot(own.gradient, facing) / sqrt(product);
+    let w = math_smoothstep((CONTACT_AGREE - cosine) / CONTACT_TURN);
     var value = (1.0 - w) * largest.value + w * own.value;
     var gradient = largest.gradient * (1.0 - w) + own.gradient * w;
-    if other.value > limit {
-        value -= w * (other.value - limit);
-        gradient -= other.gradient * w;
+    var contact = 0.0;
+    if found.excess > 0.0 {
+        value -= w * found.excess;
+        gradient -= facing * w;
+        contact = w;
     }
-    return GroupSample(value, gradient, largest.group);
+    return OwnSide(value, gradient, largest.group, contact);
 }

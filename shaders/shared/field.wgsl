@@ -40,23 +40,22 @@ fn field_detail(limb: f32, muscle: f32) -> vec3<f32> {
     return vec3<f32>(value, (1.0 - FIELD_FILLET) * limb / s, ((1.0 - FIELD_FILLET) * q / s - FIELD_FILLET) * scale * slope);
 }
 
-// The field of one group at a posed point, in posed scene space.
-fn field_group(frame: GroupFrame, place: FieldPlace, p_posed: vec3<f32>) -> Sample {
-    let p_rest = math_transform_point(frame.to_rest, p_posed);
+// The field of one group at a posed point, in posed scene space; `at` is its place in the globals.
+fn field_group(at: u32, to_rest: mat4x4<f32>, place: FieldPlace, p_posed: vec3<f32>) -> Sample {
+    let p_rest = math_transform_point(to_rest, p_posed);
     var limb = Sample(0.0, vec3<f32>(0.0));
-    let u = math_transform_point(frame.grid.rest_to_grid, p_rest);
-    if grid_holds(frame.grid, u) {
-        let raw = grid_sample(frame.grid, u);
-        let t = field_transfer(raw.w, frame.grid.support_radius);
+    let u = math_transform_point(groups[at].grid.rest_to_grid, p_rest);
+    if grid_holds(groups[at].grid, u) {
+        let raw = grid_sample(groups[at].grid, u) + fold_lift(groups[at].fold_start, p_rest) + fold_lift(groups[at].fold_end, p_rest);
+        let t = field_transfer(raw.w, groups[at].grid.support_radius);
         limb = Sample(t.x, raw.xyz * t.y);
     }
     var best = Sample(0.0, vec3<f32>(0.0));
-    for (var m = frame.grid.muscle_begin; m < frame.grid.muscle_end; m++) {
-        let muscle = muscles[place.muscle + m];
-        if any(p_rest < muscle.lowest.xyz) || any(p_rest > muscle.highest.xyz) {
+    for (var m = groups[at].grid.muscle_begin; m < groups[at].grid.muscle_end; m++) {
+        if any(p_rest < muscles[place.muscle + m].lowest.xyz) || any(p_rest > muscles[place.muscle + m].highest.xyz) {
             continue;
         }
-        let sample = muscle_evaluate(muscle, place.point, p_rest);
+        let sample = muscle_evaluate(muscles[place.muscle + m], place.point, p_rest);
         if sample.value > best.value {
             best = sample;
         }
@@ -65,7 +64,7 @@ fn field_group(frame: GroupFrame, place: FieldPlace, p_posed: vec3<f32>) -> Samp
         let d = field_detail(limb.value, best.value);
         limb = Sample(d.x, limb.gradient * d.y + best.gradient * d.z);
     }
-    return Sample(limb.value, math_transpose_vector(frame.to_rest, limb.gradient));
+    return Sample(limb.value, math_transpose_vector(to_rest, limb.gradient));
 }
 
 // The composed field: the largest of one instance's groups.
@@ -75,7 +74,7 @@ fn field_composed(place: FieldPlace, p_posed: vec3<f32>) -> GroupSample {
         if groups[place.group + g].present == 0u {
             continue;
         }
-        let sample = field_group(groups[place.group + g], place, p_posed);
+        let sample = field_group(place.group + g, groups[place.group + g].to_rest, place, p_posed);
         if sample.value > result.value {
             result = GroupSample(sample.value, sample.gradient, g);
         }

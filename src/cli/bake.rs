@@ -52,7 +52,7 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
     let mut sinks = Sinks { skin: sink, meshes };
-    let mut playback = Playback::new(&scene, &frames, &rig, options.dynamics.is_some());
+    let mut playback = Playback::new(&scene, &frames, &rig, options.skinning == Skinning::Implicit);
     play(&rig, &mut playback, &frames, &mut deformer, &mut sinks)?;
     sinks.skin.finish()?;
     let muscle_meshes = sinks.meshes.map(muscle_meshes::Sink::finish).transpose()?;

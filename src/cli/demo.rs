@@ -117,7 +117,7 @@ mod on_device {
         frames: &Frames,
     ) -> Result<(Vec<MuscleChange>, f32), Failure> {
         let mut cpu = OnCpu::new(rig, options);
-        let mut playback = Playback::new(scene, frames, rig, options.dynamics.is_some());
+        let mut playback = Playback::new(scene, frames, rig, options.skinning == Skinning::Implicit);
         let pose = playback.pose((frames.range.first + frames.range.last) / 2, &mut cpu)?;
         let implicit = cpu.skin(&pose)?;
         let linear = OnCpu::new(rig, &FrameOptions { skinning: Skinning::Linear, ..*options }).skin(&pose)?;

@@ -100,12 +100,12 @@ impl OnDevice {
 
 impl Moves for OnDevice {
     fn reset(&mut self) {
-        self.instance.reset();
+        self.instance.reset(&self.headless.queue);
     }
 
     fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
         self.instance.set_pose(&self.headless.queue, pose).map_err(Failure::input)?;
-        self.headless.submit(|encoder| self.instance.batch().encode_where(encoder, None, Step::is_of_muscles));
+        self.headless.submit(|encoder| self.instance.batch().encode_where(encoder, None, Step::is_of_motion));
         self.ahead += 1;
         if self.ahead < MOST_AHEAD {
             return self.headless.check().map_err(Failure::device);

@@ -108,5 +108,5 @@ fn surface(rig: &Rig, pose: &Pose, shaped: &Shaped, muscle: usize) -> Surface {
     let (frame, rest) = (&shaped.muscles[muscle], &rig.muscles[muscle]);
     let first = rest.first_point as usize;
     let points = &shaped.axes[first..=first + rest.segments as usize];
-    wrap::posed_surface(frame, points, &pose.palette[rig.grids[rest.group as usize].joint as usize], Detail::DISPLAY)
+    wrap::posed_surface(frame, points, &pose.palette[rest.joint as usize], Detail::DISPLAY)
 }

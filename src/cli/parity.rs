@@ -26,7 +26,7 @@ mod on_device {
     use sinew::parity::{CpuResult, StageReport, compare, stop_counts};
     use sinew::reference::{Motion, Reference};
     use sinew::rig::Pose;
-    use sinew::schedule::FrameOptions;
+    use sinew::schedule::{FrameOptions, Skinning};
     use std::fmt::Write;
     use std::sync::Arc;
 
@@ -78,7 +78,7 @@ mod on_device {
             stops: stop_counts(&[]).iter().map(|(reason, n)| (format!("{reason:?}"), *n)).collect(),
         };
         let progress = Progress::steps("comparing", numbers.len() as u64);
-        let mut playback = Playback::new(&scene, &frames, &rig, options.dynamics.is_some());
+        let mut playback = Playback::new(&scene, &frames, &rig, options.skinning == Skinning::Implicit);
         for &number in &numbers {
             let pose = playback.pose(number, &mut both)?;
             let gpu = both.device.stages(&pose)?;
@@ -96,7 +96,7 @@ mod on_device {
                 simulation.resume(&gpu.particles, &gpu.axes);
             }
             // Added up by frame: the reports of a whole clip would take gigabytes.
-            for ((_, all), (_, one)) in compared.stops.iter_mut().zip(stop_counts(&trace.reports)) {
+            for ((_, all), (_, one)) in compared.stops.iter_mut().zip(stop_counts(&trace.tracks)) {
                 *all += one;
             }
             progress.step()?;

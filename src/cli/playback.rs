@@ -11,27 +11,27 @@ pub trait Moves {
     /// Forgets the motion: the next pose starts anew.
     fn reset(&mut self);
 
-    /// Moves muscles on to the pose of a frame that nobody asked to see.
+    /// Moves on to the pose of a frame that nobody asked to see.
     fn pass(&mut self, pose: &Pose) -> Result<(), Failure>;
 }
 
 /// A clip on its way from frame to frame.
 ///
-/// Muscles in motion, and those whose activation cannot change at once, depend on the frames before: what was not asked
+/// Muscles in motion, tracked skin, and activations that cannot change at once depend on the frames before: what was not asked
 /// for is gone through all the same, from the first frame of the clip on. So a frame does not depend on which others were
 /// asked for.
 pub struct Playback<'a> {
     scene: &'a Scene,
     frames: &'a Frames,
     rig: &'a Rig,
-    /// Whether muscles move by themselves.
+    /// Whether muscles or skin depend on the frames before.
     moving: bool,
     effort: Effort,
     next: u32,
 }
 
 impl<'a> Playback<'a> {
-    /// Stands before the clip's first frame; `moving` says whether there are dynamics.
+    /// Stands before the clip's first frame; `moving` says whether muscles or skin remember.
     pub fn new(scene: &'a Scene, frames: &'a Frames, rig: &'a Rig, moving: bool) -> Playback<'a> {
         Playback { scene, frames, rig, moving, effort: Effort::new(), next: 0 }
     }
@@ -47,7 +47,7 @@ impl<'a> Playback<'a> {
             self.next = 0;
         }
         if self.moving && self.next < frame {
-            let progress = Progress::steps("moving muscles", u64::from(frame - self.next));
+            let progress = Progress::steps("moving on", u64::from(frame - self.next));
             while self.next < frame {
                 moved.pass(&self.step()?)?;
                 progress.step()?;

@@ -146,6 +146,8 @@ mod on_device {
         /// Muscles under a skinning that does not shape them.
         beside: Option<OnCpu>,
         moving: bool,
+        /// Whether muscles or skin depend on the frames before.
+        remembers: bool,
         /// What muscles in motion collide with.
         bodies: Bodies,
         /// Where their axes have been, where that is to be seen.
@@ -185,8 +187,9 @@ mod on_device {
         let apart = options.skinning != Skinning::Implicit && !rig.grids.is_empty();
         let beside = apart.then(|| OnCpu::new(rig, &beneath));
         let moving = options.dynamics.is_some();
+        let remembers = options.skinning == Skinning::Implicit;
         let bodies = if moving { Bodies::new(rig) } else { Bodies::default() };
-        Ok(Film { source, studio, camera, rig: Arc::clone(rig), beside, moving, bodies, paths: None, size })
+        Ok(Film { source, studio, camera, rig: Arc::clone(rig), beside, moving, remembers, bodies, paths: None, size })
     }
 
     impl Source {
@@ -304,7 +307,7 @@ mod on_device {
         let chosen = chosen(shoot.frames.len());
         let rig = Arc::clone(&film.rig);
         film.paths = (film.moving && shoot.view == View::Muscles).then(Paths::default);
-        let mut playback = Playback::new(scene, frames, &rig, film.moving);
+        let mut playback = Playback::new(scene, frames, &rig, film.remembers);
         let mut kept = Vec::new();
         for (i, number) in shoot.frames.enumerate() {
             let pose = playback.pose(number, film)?;

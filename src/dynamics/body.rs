@@ -7,7 +7,7 @@ use crate::{
         muscle::{AxisPoint, MuscleRest, Profile},
     },
     math::transform_point,
-    rig::{BoneCollider, ColliderShape, JointFrame, MuscleSpec, Rig, SettledPoint},
+    rig::{BoneCollider, ColliderShape, JointFrame, MuscleSpec, Rig, SettledPoint, groups::BodyPart},
 };
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
@@ -97,8 +97,8 @@ crate::gpu_struct! {
         pub origin_depth: f32,
         /// Distance of the insertion from it, metres, at most 0.
         pub insertion_depth: f32,
-        /// Unused.
-        pub pad_0: u32,
+        /// The joint that moves a field group where the muscle is.
+        pub joint: u32,
     }
 }
 
@@ -135,9 +135,10 @@ impl Bodies {
             let peers_begin = bodies.links.len() as u32;
             bodies.links.extend(peers(rig, index).map(link));
             let skins_begin = bodies.links.len() as u32;
-            bodies.links.extend(skins(rig, index).map(link));
+            let skin = |group| Link { joint: skin_joint(rig, rest, group), ..link(group) };
+            bodies.links.extend(skins(rig, index).map(skin));
             bodies.muscles.push(MuscleBody {
-                driver: rig.grids[rest.group as usize].joint,
+                driver: rest.joint,
                 bones_begin,
                 peers_begin,
                 skins_begin,
@@ -184,6 +185,16 @@ pub(super) fn muscle_body(rest: &MuscleRest, spec: &MuscleSpec, particles: &[Par
         looseness: looseness(mass, particles),
         ..MuscleBody::default()
     }
+}
+
+/// The joint that moves a group's skin around a muscle: a trunk moves with the joints that the muscle hangs on.
+fn skin_joint(rig: &Rig, rest: &MuscleRest, group: u32) -> u32 {
+    let driver = rig.grids[group as usize].joint;
+    if rig.groups.groups[group as usize].part != Some(BodyPart::Trunk) {
+        return driver;
+    }
+    let near = [rest.joint, rest.origin_joint, rest.insertion_joint];
+    near.into_iter().find(|&j| rig.groups.group_of_joint[j as usize] == group).unwrap_or(driver)
 }
 
 fn link(index: u32) -> Link {
@@ -300,7 +311,7 @@ fn bone_links(rig: &Rig, index: usize, bones: &[BoneRest]) -> Vec<Link> {
                 index: i as u32,
                 origin_depth: depth(rest.origin),
                 insertion_depth: depth(rest.insertion),
-                pad_0: 0,
+                joint: bone.joint,
             };
             (bone_distance(bone, &rig.nodes, middle), link)
         })

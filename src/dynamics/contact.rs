@@ -135,7 +135,7 @@ impl Surroundings<'_> {
         let mut deepest = Contact { normal: Vec3::ZERO, distance: -f32::MAX };
         for link in links {
             let grid = &self.grids[link.index as usize];
-            let joint = &self.moved[grid.joint as usize];
+            let joint = &self.moved[link.joint as usize];
             let Some((raw, gradient)) = grid::sample(grid, self.nodes, transform_point(&joint.to_rest, p)) else {
                 continue;
             };

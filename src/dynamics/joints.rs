@@ -1,7 +1,7 @@
 //! Where joints are at the end of a substep, and how they carry what hangs on them. Twin of the kernel `joint_step`.
 
 use super::StepClock;
-use crate::math::cube_root;
+use crate::math::{affine_inverse, cube_root, product};
 use crate::rig::JointFrame;
 use glam::{Mat4, Vec3, Vec4, Vec4Swizzles};
 
@@ -26,9 +26,6 @@ crate::gpu_struct! {
     }
 }
 
-/// Volume factors below this have no inverse.
-pub(crate) const FLAT: f32 = 1e-18;
-
 /// Moves all joints of one instance on by one substep; or, where `carries`, to the frame itself.
 ///
 /// `joints` are first those at the end of the last frame's last substep, then those of the frame, `joint_count` each.
@@ -42,8 +39,8 @@ pub fn step(clock: &StepClock, carries: bool, joints: &[JointFrame], moved: &mut
     for ((before, now), out) in before.iter().zip(now).zip(moved) {
         let start = between(before, now, from);
         let matrix = between(before, now, to);
-        let (inverse, volume) = inverse(&start);
-        let (to_rest, _) = self::inverse(&matrix);
+        let (inverse, volume) = affine_inverse(&start);
+        let (to_rest, _) = affine_inverse(&matrix);
         *out = MovedJoint {
             matrix,
             carry: product(&(matrix - start), &inverse),
@@ -100,32 +97,6 @@ fn rotate(q: Vec4, v: Vec3) -> Vec3 {
     let u = q.xyz();
     let t = u.cross(v) * 2.0;
     v + t * q.w + u.cross(t)
-}
-
-/// The inverse of an affine map, and its volume factor.
-fn inverse(m: &Mat4) -> (Mat4, f32) {
-    let (x, y, z) = (m.x_axis.xyz(), m.y_axis.xyz(), m.z_axis.xyz());
-    let (yz, zx, xy) = (y.cross(z), z.cross(x), x.cross(y));
-    let volume = x.dot(yz);
-    if volume.abs() < FLAT {
-        return (Mat4::IDENTITY, volume);
-    }
-    let scale = 1.0 / volume;
-    let (a, b, c) = (yz * scale, zx * scale, xy * scale);
-    let t = m.w_axis.xyz();
-    let inverse = Mat4::from_cols(
-        Vec4::new(a.x, b.x, c.x, 0.0),
-        Vec4::new(a.y, b.y, c.y, 0.0),
-        Vec4::new(a.z, b.z, c.z, 0.0),
-        Vec4::new(-a.dot(t), -b.dot(t), -c.dot(t), 1.0),
-    );
-    (inverse, volume)
-}
-
-/// A product of matrices with its sums in the order of the kernels.
-fn product(a: &Mat4, b: &Mat4) -> Mat4 {
-    let column = |v: Vec4| a.x_axis * v.x + a.y_axis * v.y + a.z_axis * v.z + a.w_axis * v.w;
-    Mat4::from_cols(column(b.x_axis), column(b.y_axis), column(b.z_axis), column(b.w_axis))
 }
 
 #[cfg(test)]

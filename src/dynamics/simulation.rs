@@ -143,11 +143,11 @@ impl Simulation {
     /// Plays all of a frame's substeps.
     pub fn advance(&mut self, skins: Skins, inputs: &FrameInputs, time: f64, options: &DynamicsOptions) {
         let counts = Counts {
-            vertices: 0,
             muscles: self.bodies.muscles.len() as u32,
             points: self.particles.len() as u32,
             most_segments: self.bodies.muscles.iter().map(|m| m.segments).max().unwrap_or(0),
             groups: skins.grids.len() as u32,
+            ..Counts::default()
         };
         let joints = inputs.joints.len() as u32;
         let turns = self.begin(inputs, time, options);

@@ -1,7 +1,7 @@
 //! The composed field of the whole character at a point of posed scene space.
 
 use super::{
-    GroupGrid, Sample,
+    Fold, GroupGrid, Sample,
     compose::detail_samples,
     grid,
     muscle::{self, AxisPoint, MuscleFrame},
@@ -17,10 +17,30 @@ crate::gpu_struct! {
         pub to_rest: Mat4,
         /// The group's cached field.
         pub grid: GroupGrid,
+        /// What its first joint displaces as it folds.
+        pub fold_start: Fold,
+        /// What the joint at its other end displaces.
+        pub fold_end: Fold,
         /// How much the pose enlarges the group: the cube root of its volume factor.
         pub scale: f32,
         /// 1 where the group takes part, 0 where its pose cannot be inverted.
         pub present: u32,
+        /// Unused.
+        pub pad_0: u32,
+        /// Unused.
+        pub pad_1: u32,
+    }
+}
+
+crate::gpu_struct! {
+    /// A group as one vertex sees it: through a frame of its own, and past what overlaps at rest.
+    pub struct Place {
+        /// Scene space posed to scene space at rest.
+        pub to_rest: Mat4,
+        /// The group.
+        pub group: u32,
+        /// Field of the group above which the vertex is in contact with it.
+        pub limit: f32,
         /// Unused.
         pub pad_0: u32,
         /// Unused.
@@ -57,11 +77,22 @@ impl FieldInput<'_> {
     /// The field of one group at a posed point: limb surface with its muscles set in (background 3.4).
     #[inline]
     pub fn group(&self, frame: &GroupFrame, p_posed: Vec3) -> Sample {
-        let p_rest = transform_point(&frame.to_rest, p_posed);
+        self.group_from(frame, &frame.to_rest, p_posed)
+    }
+
+    /// [`FieldInput::group`] seen through another frame.
+    #[inline]
+    pub fn group_from(&self, frame: &GroupFrame, to_rest: &Mat4, p_posed: Vec3) -> Sample {
+        let p_rest = transform_point(to_rest, p_posed);
         let mut limb = Sample::default();
-        if let Some((distance, distance_gradient)) = grid::sample(&frame.grid, self.nodes, p_rest) {
-            let (value, slope) = transfer(distance, frame.grid.support_radius);
-            limb = Sample { value, gradient: distance_gradient * slope };
+        if let Some((mut distance, mut slope)) = grid::sample(&frame.grid, self.nodes, p_rest) {
+            for fold in [&frame.fold_start, &frame.fold_end] {
+                let (lift, lift_slope) = fold.lift(p_rest);
+                distance += lift;
+                slope += lift_slope;
+            }
+            let (value, by_distance) = transfer(distance, frame.grid.support_radius);
+            limb = Sample { value, gradient: slope * by_distance };
         }
         let mut best = Sample::default();
         for m in &self.muscles[frame.grid.muscle_begin as usize..frame.grid.muscle_end as usize] {
@@ -73,7 +104,7 @@ impl FieldInput<'_> {
             }
         }
         let composed = if best.value > 0.0 { detail_samples(limb, best) } else { limb };
-        Sample { value: composed.value, gradient: transpose_vector(&frame.to_rest, composed.gradient) }
+        Sample { value: composed.value, gradient: transpose_vector(to_rest, composed.gradient) }
     }
 
     /// The composed field at a posed point: the largest of the groups' fields.
@@ -91,59 +122,101 @@ impl FieldInput<'_> {
         }
         result
     }
-
-    /// Largest field of any group but `owner` at a point.
-    pub fn strongest_other(&self, owner: u32, p_posed: Vec3) -> f32 {
-        let others = self.groups.iter().enumerate();
-        let others = others.filter(|(index, frame)| *index as u32 != owner && frame.present != 0);
-        others.map(|(_, frame)| self.group(frame, p_posed).value).fold(0.0, f32::max)
-    }
 }
 
 /// Field values that neighbouring groups must differ by at a contact: how far skin stops short of skin.
-pub const CONTACT_GAP: f32 = 0.04;
+pub const CONTACT_GAP: f32 = 0.02;
 
 /// Cosine between two groups' gradients from which they agree, and the range over which they part (prototypes 3).
 pub(crate) const CONTACT_AGREE: f32 = 0.95;
 /// See [`CONTACT_AGREE`].
 pub(crate) const CONTACT_TURN: f32 = 0.1;
 
+/// What a vertex tracks, at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnSide {
+    /// Value, and gradient in posed scene space.
+    pub sample: Sample,
+    /// The group with the largest field, [`NO_GROUP`] where all are 0.
+    pub group: u32,
+    /// How much the vertex presses against another group: 0 where it does not, 1 where that one faces it.
+    pub contact: f32,
+}
+
+/// A vertex's own group and the other one that matters to it, at one point.
+#[derive(Clone, Copy)]
+struct Neighbours {
+    own: Sample,
+    /// The other group with the largest field.
+    other: GroupSample,
+    /// The other group that is furthest above its limit, and by how much; 0 for none.
+    pressing: Sample,
+    excess: f32,
+}
+
 impl FieldInput<'_> {
     /// What a vertex of group `owner` tracks: the composed field, and at a contact its own side of it (prototypes 3).
     ///
-    /// With `n` the directions of the owner's field and of the strongest other field, `w` goes from 0 to 1 as they part,
-    /// and `G = (1 - w) max(own, other) + w own - w max(0, other - limit)`: where skin faces skin, a vertex stays on its
-    /// own surface and out of the other one. The derivative of `w` is left out, as in the authors' operators.
+    /// With `n` the directions of the owner's field and of another one, `w` goes from 0 to 1 as they part, and
+    /// `G = (1 - w) max(own, other) + w own - w max(0, other - limit)`: where skin faces skin, a vertex stays on its
+    /// own surface and out of the other one. Of several, the one furthest above its limit counts. The derivative of `w` is
+    /// left out, as in the authors' operators. `places` are the groups that the vertex sees through frames of its own,
+    /// ascending by group; `limit` is that of the others.
     #[inline]
-    pub fn own_side(&self, owner: u32, limit: f32, p_posed: Vec3) -> GroupSample {
-        let mut own = Sample::default();
-        let mut other = GroupSample { sample: Sample::default(), group: NO_GROUP };
-        for (index, frame) in self.groups.iter().enumerate() {
+    pub fn own_side(&self, owner: u32, limit: f32, places: &[Place], p_posed: Vec3) -> OwnSide {
+        let Neighbours { own, other, pressing, excess } = self.neighbours(owner, limit, places, p_posed);
+        let union = if other.sample.value > own.value { other } else { GroupSample { sample: own, group: owner } };
+        let facing = if excess > 0.0 { pressing } else { other.sample };
+        let product = own.gradient.dot(own.gradient) * facing.gradient.dot(facing.gradient);
+        if product <= 0.0 {
+            return OwnSide { sample: union.sample, group: union.group, contact: 0.0 };
+        }
+        let cosine = own.gradient.dot(facing.gradient) / product.sqrt();
+        let w = crate::math::smoothstep((CONTACT_AGREE - cosine) / CONTACT_TURN);
+        let mut value = (1.0 - w) * union.sample.value + w * own.value;
+        let mut gradient = union.sample.gradient * (1.0 - w) + own.gradient * w;
+        let mut contact = 0.0;
+        if excess > 0.0 {
+            value -= w * excess;
+            gradient -= facing.gradient * w;
+            contact = w;
+        }
+        OwnSide { sample: Sample { value, gradient }, group: union.group, contact }
+    }
+
+    #[inline]
+    fn neighbours(&self, owner: u32, limit: f32, places: &[Place], p_posed: Vec3) -> Neighbours {
+        let mut found = Neighbours {
+            own: Sample::default(),
+            other: GroupSample { sample: Sample::default(), group: NO_GROUP },
+            pressing: Sample::default(),
+            excess: 0.0,
+        };
+        let mut next = 0;
+        for (index, frame) in (0..).zip(self.groups) {
+            let mut to_rest = &frame.to_rest;
+            let mut limit = limit;
+            if let Some(place) = places.get(next).filter(|place| place.group == index) {
+                (to_rest, limit) = (&place.to_rest, place.limit);
+                next += 1;
+            }
             if frame.present == 0 {
                 continue;
             }
-            let sample = self.group(frame, p_posed);
-            if index as u32 == owner {
-                own = sample;
-            } else if sample.value > other.sample.value {
-                other = GroupSample { sample, group: index as u32 };
+            let sample = self.group_from(frame, to_rest, p_posed);
+            if index == owner {
+                found.own = sample;
+                continue;
+            }
+            if sample.value > found.other.sample.value {
+                found.other = GroupSample { sample, group: index };
+            }
+            if sample.value - limit > found.excess {
+                found.pressing = sample;
+                found.excess = sample.value - limit;
             }
         }
-        let union = if other.sample.value > own.value { other } else { GroupSample { sample: own, group: owner } };
-        let product = own.gradient.dot(own.gradient) * other.sample.gradient.dot(other.sample.gradient);
-        if product <= 0.0 {
-            return union;
-        }
-        let cosine = own.gradient.dot(other.sample.gradient) / product.sqrt();
-        let t = ((CONTACT_AGREE - cosine) / CONTACT_TURN).clamp(0.0, 1.0);
-        let w = t * t * (3.0 - 2.0 * t);
-        let mut value = (1.0 - w) * union.sample.value + w * own.value;
-        let mut gradient = union.sample.gradient * (1.0 - w) + own.gradient * w;
-        if other.sample.value > limit {
-            value -= w * (other.sample.value - limit);
-            gradient -= other.sample.gradient * w;
-        }
-        GroupSample { sample: Sample { value, gradient }, group: union.group }
+        found
     }
 }
 
@@ -190,14 +263,14 @@ mod tests {
         let (groups, nodes) = slabs(-0.2);
         for x in [-0.3, -0.15, -0.05, 0.1] {
             let field = |g: usize| with(&groups, &nodes).group(&groups[g], at(x));
-            let found = with(&groups, &nodes).own_side(0, 0.46, at(x)).sample;
+            let found = with(&groups, &nodes).own_side(0, 0.46, &[], at(x)).sample;
             let expected = field(0).value - (field(1).value - 0.46).max(0.0);
             assert!((found.value - expected).abs() < 1e-6, "x = {x}: {} {expected}", found.value);
             assert!(found.gradient.x < 0.0, "inward of its own group at x = {x}");
-            let other = with(&groups, &nodes).own_side(1, 0.46, at(x)).sample;
+            let other = with(&groups, &nodes).own_side(1, 0.46, &[], at(x)).sample;
             assert!(other.gradient.x > 0.0, "the other group's vertices go the other way");
         }
-        let contact = with(&groups, &nodes).own_side(0, 0.46, at(-0.1)).sample.value;
+        let contact = with(&groups, &nodes).own_side(0, 0.46, &[], at(-0.1)).sample.value;
         assert!(contact < with(&groups, &nodes).composed(at(-0.1)).sample.value - 0.05, "the maximum has no contact");
     }
 
@@ -207,22 +280,26 @@ mod tests {
         groups[1].grid.offset = 0;
         groups[1].to_rest = Mat4::from_translation(Vec3::X * 0.1);
         for x in [-0.4, 0.0, 0.3] {
-            let found = with(&groups, &nodes).own_side(1, 0.0, at(x));
+            let found = with(&groups, &nodes).own_side(1, 0.0, &[], at(x));
             // Parallel gradients give no weight to a contact, whatever the limit.
             assert_eq!(found.sample.value, with(&groups, &nodes).composed(at(x)).sample.value);
         }
-        let alone = with(&groups[..1], &nodes).own_side(0, 0.3, at(0.05));
-        assert_eq!(alone, with(&groups[..1], &nodes).composed(at(0.05)));
-        let away = with(&groups[..1], &nodes).own_side(7, 0.3, at(0.05));
+        let alone = with(&groups[..1], &nodes).own_side(0, 0.3, &[], at(0.05));
+        assert_eq!(alone.sample, with(&groups[..1], &nodes).composed(at(0.05)).sample);
+        let away = with(&groups[..1], &nodes).own_side(7, 0.3, &[], at(0.05));
         assert_eq!(away.sample, alone.sample, "a vertex whose group is gone takes what is there");
     }
 
     #[test]
-    fn strongest_other_leaves_the_owner_out() {
-        let (groups, nodes) = slabs(0.3);
-        let p = at(-0.1);
-        assert_eq!(with(&groups, &nodes).strongest_other(0, p), with(&groups, &nodes).group(&groups[1], p).value);
-        assert_eq!(with(&groups, &nodes).strongest_other(1, p), with(&groups, &nodes).group(&groups[0], p).value);
-        assert_eq!(with(&groups[..1], &nodes).strongest_other(0, p), 0.0);
+    fn a_place_shows_its_group_through_its_own_frame() {
+        let (groups, nodes) = slabs(-0.2);
+        let moved = Mat4::from_translation(Vec3::X * -0.03);
+        let places = [Place { to_rest: moved, group: 1, limit: 0.5, ..Place::default() }];
+        let found = with(&groups, &nodes).own_side(0, 0.46, &places, at(-0.1));
+        let mut shifted = groups;
+        shifted[1].to_rest = moved;
+        assert_eq!(found, with(&shifted, &nodes).own_side(0, 0.5, &[], at(-0.1)));
+        assert_ne!(found, with(&groups, &nodes).own_side(0, 0.46, &[], at(-0.1)));
+        assert!(found.contact > 0.99, "{found:?}");
     }
 }

@@ -2,12 +2,15 @@
 
 pub mod compose;
 pub mod evaluate;
+pub mod fold;
 pub mod grid;
 pub mod hrbf;
 pub mod mesh_distance;
 pub mod muscle;
 pub mod poisson;
 pub mod transfer;
+
+pub use fold::Fold;
 
 use glam::Vec3;
 

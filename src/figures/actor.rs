@@ -67,7 +67,7 @@ impl<'a> Actor<'a> {
         for pose in poses {
             self.instance.set_pose(&headless.queue, pose)?;
             let batch = self.instance.batch();
-            headless.run(|encoder| batch.encode_where(encoder, None, Step::is_of_muscles))?;
+            headless.run(|encoder| batch.encode_where(encoder, None, Step::is_of_motion))?;
         }
         Ok(())
     }

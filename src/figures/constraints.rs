@@ -160,8 +160,8 @@ impl Held {
             }
             Kind::Muscle => {
                 let Some((other, normal)) = self.peer(moment) else { return (Vec3::Y, 0.0) };
-                let grid = &moment.rig.grids[moment.rig.muscles[self.muscle].group as usize];
-                let turn = Mat3::from_mat4(moment.pose.palette[grid.joint as usize]).inverse().transpose();
+                let joint = moment.rig.muscles[self.muscle].joint;
+                let turn = Mat3::from_mat4(moment.pose.palette[joint as usize]).inverse().transpose();
                 ((turn * normal).normalize_or_zero(), moment.muscle(other, p) - radius)
             }
         }

@@ -59,8 +59,8 @@ impl<'a> Play<'a> {
     pub fn shape(&mut self) {
         let muscles = &self.rig.muscles;
         let half = half(muscles.len() as u32, self.rig.point_count);
-        let FrameInputs { joints, groups, muscles: inputs } = &self.inputs;
-        let input = ShapeInput { joints, groups, inputs, iterates: &self.simulation.iterates[..half] };
+        let FrameInputs { joints, muscles: inputs, .. } = &self.inputs;
+        let input = ShapeInput { joints, inputs, iterates: &self.simulation.iterates[..half] };
         wrap::shape(muscles, &input, &mut self.shaped, &mut self.simulation.axes);
     }
 }

@@ -4,13 +4,9 @@ use super::Stage;
 use super::motion::Play;
 use crate::dynamics::{Residual, Skins, residuals};
 use crate::error::FigureError;
-use crate::field::evaluate::FieldInput;
-use crate::normals::{self, Fans};
+use crate::reference::{Motion, Reference};
 use crate::rig::{Pose, Rig};
-use crate::schedule::{Counts, DynamicsOptions, MarchOptions};
-use crate::skinning::{self, SkinInput};
-use crate::tracking::{self, MarchParams, MarchReport};
-use glam::Vec4;
+use crate::schedule::{DynamicsOptions, FrameOptions};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -89,7 +85,8 @@ pub(super) fn device(stage: &Stage<'_>) -> Option<String> {
 /// Measures on the CPU; the skin only where it is wanted.
 pub(super) fn on_cpu(case: &Case<'_>, with_skin: bool) -> Result<Measured, FigureError> {
     let mut play = Play::new(case.rig, &case.options);
-    let mut skin = Skin::new(case.rig);
+    let frame_options = FrameOptions::default();
+    let mut motion = Motion::new(case.rig, &frame_options);
     let mut log = Log::default();
     for (frame, pose) in case.poses.iter().take(WARM + MEASURED).enumerate() {
         let start = Instant::now();
@@ -98,7 +95,8 @@ pub(super) fn on_cpu(case: &Case<'_>, with_skin: bool) -> Result<Measured, Figur
         let start = Instant::now();
         play.shape();
         if with_skin {
-            skin.deform(case.rig, &play);
+            let (muscles, axes) = (play.shaped.clone(), play.simulation.axes.clone());
+            Reference::new(case.rig).skin(&mut motion, pose, &frame_options, muscles, axes)?;
         }
         if frame >= WARM {
             log.dynamics.push(moved);
@@ -110,54 +108,6 @@ pub(super) fn on_cpu(case: &Case<'_>, with_skin: bool) -> Result<Measured, Figur
     Ok(log.measured())
 }
 
-/// The skin's buffers on the CPU.
-struct Skin {
-    params: MarchParams,
-    skinned: Vec<Vec4>,
-    tracked: Vec<Vec4>,
-    reports: Vec<MarchReport>,
-    normals: Vec<Vec4>,
-}
-
-impl Skin {
-    fn new(rig: &Rig) -> Skin {
-        let vertices = rig.character.vertex_count();
-        let counts = Counts {
-            vertices: vertices as u32,
-            muscles: rig.muscles.len() as u32,
-            points: rig.point_count,
-            most_segments: rig.most_segments(),
-            groups: rig.grids.len() as u32,
-        };
-        Skin {
-            params: MarchParams::new(&counts, 1, &MarchOptions::default()),
-            skinned: vec![Vec4::ZERO; vertices],
-            tracked: vec![Vec4::ZERO; vertices],
-            reports: vec![MarchReport::default(); vertices],
-            normals: vec![Vec4::ZERO; vertices],
-        }
-    }
-
-    fn deform(&mut self, rig: &Rig, play: &Play<'_>) {
-        let input = SkinInput {
-            joints: &play.inputs.joints,
-            positions_rest: &rig.positions_rest,
-            offsets: &rig.character.influence_offsets,
-            influences: &rig.character.influences,
-        };
-        skinning::linear(&input, &mut self.skinned);
-        let field = FieldInput {
-            groups: &play.inputs.groups,
-            nodes: &rig.nodes,
-            muscles: &play.shaped,
-            axes: &play.simulation.axes,
-        };
-        tracking::march(&self.params, &field, &rig.targets, &self.skinned, &mut self.tracked, &mut self.reports);
-        let fans = Fans { triangles: &rig.topology.corners, fans: &rig.topology.fans, members: &rig.topology.members };
-        normals::from_faces(&fans, &self.tracked, &mut self.normals);
-    }
-}
-
 #[cfg(feature = "gpu")]
 pub(super) use on_device::Bench;
 
@@ -167,7 +117,7 @@ mod on_device {
     use crate::dynamics::{Bodies, Simulation};
     use crate::gpu::{Batch, Headless, Kernels, Output, RigBuffers, readback};
     use crate::rig::FrameInputs;
-    use crate::schedule::{FrameOptions, KernelId, Step};
+    use crate::schedule::{KernelId, Step};
 
     /// A device with its kernels.
     pub struct Bench<'a> {
@@ -200,7 +150,8 @@ mod on_device {
                 let moved = since(start);
                 let start = Instant::now();
                 // Shapes at least: the axes are read by the next frame's prediction.
-                let wanted = |step: &Step| !is_of_dynamics(step) && (with_skin || step.is_of_muscles());
+                let shapes = |step: &Step| step.kernel == KernelId::MuscleShape;
+                let wanted = |step: &Step| !is_of_dynamics(step) && (with_skin || shapes(step));
                 self.headless.run(|encoder| batch.encode_where(encoder, None, wanted))?;
                 if frame >= WARM {
                     log.dynamics.push(moved);

@@ -9,14 +9,14 @@ use crate::{
     dynamics::{DynamicsParams, MovedJoint, Particle, StepClock},
     error::SetupError,
     field::{
-        evaluate::GroupFrame,
+        evaluate::{GroupFrame, Place},
         muscle::{AxisPoint, MuscleFrame, MuscleInput, axis},
     },
     normals::NormalParams,
     rig::JointFrame,
-    schedule::{Counts, DynamicsOptions, KernelId, Positions},
+    schedule::{Counts, DynamicsOptions, KernelId, Positions, TrackOptions},
     skinning::VertexParams,
-    tracking::{MarchParams, MarchReport},
+    tracking::{Track, TrackJoint, TrackParams, Way},
     wrap::MuscleParams,
 };
 
@@ -29,6 +29,8 @@ pub(super) struct Prepared {
     pub bindings: wgpu::BindGroup,
     /// Outer iteration and whether it carries, where that matters.
     pub part: Option<(u32, bool)>,
+    /// Sub-pose and whether it projects, where that matters.
+    pub sub_pose: Option<(u32, bool)>,
 }
 
 #[derive(Debug)]
@@ -40,11 +42,15 @@ pub(super) struct Buffers {
     pub axes: wgpu::Buffer,
     pub skinned: wgpu::Buffer,
     pub tracked: wgpu::Buffer,
-    pub reports: wgpu::Buffer,
+    pub tracks: wgpu::Buffer,
+    pub skin: wgpu::Buffer,
+    pub slid: wgpu::Buffer,
+    pub places: wgpu::Buffer,
+    pub track_joints: wgpu::Buffer,
+    pub ways: wgpu::Buffer,
     pub output: wgpu::Buffer,
     pub vertex_params: wgpu::Buffer,
     pub muscle_params: wgpu::Buffer,
-    pub march_params: wgpu::Buffer,
     pub normal_params: wgpu::Buffer,
     pub clocks: wgpu::Buffer,
     pub joints_before: wgpu::Buffer,
@@ -54,6 +60,9 @@ pub(super) struct Buffers {
     /// One per outer iteration.
     pub outer_params: Vec<wgpu::Buffer>,
     pub carry_params: wgpu::Buffer,
+    /// One per sub-pose, the pose itself first.
+    pub track_params: Vec<wgpu::Buffer>,
+    pub projection_params: wgpu::Buffer,
 }
 
 impl Buffers {
@@ -69,25 +78,30 @@ impl Buffers {
         let layout = output.layout();
         let sizes = [
             ("joints", times(joint_count, size_of::<JointFrame>())),
-            ("groups", times(counts.groups, size_of::<GroupFrame>())),
+            ("groups", times(SUB_POSES * counts.groups, size_of::<GroupFrame>())),
             ("muscle inputs", times(counts.muscles, size_of::<MuscleInput>())),
             ("shaped muscles", times(counts.muscles, size_of::<MuscleFrame>())),
             ("muscle axes", times(counts.points, size_of::<AxisPoint>())),
             ("skinned positions", times(counts.vertices, 16)),
             ("tracked positions", times(counts.vertices, 16)),
-            ("march reports", times(counts.vertices, size_of::<MarchReport>())),
+            ("tracks", times(counts.vertices, size_of::<Track>())),
             ("muscle clocks", times(1, size_of::<StepClock>())),
             ("joints before", times(joint_count, size_of::<JointFrame>())),
             ("moved joints", times(joint_count, size_of::<MovedJoint>())),
             ("muscle particles", times(counts.points, size_of::<Particle>())),
             ("muscle iterates", times(2, 16 * axis::half(counts.muscles, counts.points))),
+            ("skin positions", times(counts.vertices, 16)),
+            ("slid positions", times(counts.vertices, 16)),
+            ("places", times(counts.reaches, size_of::<Place>())),
+            ("tracked joints", times(SUB_POSES * joint_count, size_of::<TrackJoint>())),
+            ("ways", times(1, size_of::<Way>())),
             ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count))),
         ];
         let limits = device.limits();
         for (name, bytes) in &sizes {
             fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
         }
-        output.check(sizes[13].1, &limits)?;
+        output.check(sizes[18].1, &limits)?;
         let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
         let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
         let buffers = Buffers {
@@ -98,16 +112,20 @@ impl Buffers {
             axes: storage(sizes[4]),
             skinned: storage(sizes[5]),
             tracked: storage(sizes[6]),
-            reports: storage(sizes[7]),
+            tracks: storage(sizes[7]),
+            skin: storage(sizes[13]),
+            slid: storage(sizes[14]),
+            places: storage(sizes[15]),
+            track_joints: storage(sizes[16]),
+            ways: storage(sizes[17]),
             output: match output {
                 Output::Caller { buffer, .. } => buffer,
                 Output::Owned => {
-                    buffer(device, sizes[13].0, sizes[13].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
+                    buffer(device, sizes[18].0, sizes[18].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
                 }
             },
             vertex_params: uniform("vertex params", size_of::<VertexParams>()),
             muscle_params: uniform("muscle params", size_of::<MuscleParams>()),
-            march_params: uniform("march params", size_of::<MarchParams>()),
             normal_params: uniform("normal params", size_of::<NormalParams>()),
             clocks: storage(sizes[8]),
             joints_before: storage(sizes[9]),
@@ -118,6 +136,8 @@ impl Buffers {
                 .map(|_| uniform("dynamics params", size_of::<DynamicsParams>()))
                 .collect(),
             carry_params: uniform("carry params", size_of::<DynamicsParams>()),
+            track_params: (0..SUB_POSES).map(|_| uniform("track params", size_of::<TrackParams>())).collect(),
+            projection_params: uniform("projection params", size_of::<TrackParams>()),
         };
         Ok((buffers, layout))
     }
@@ -140,7 +160,7 @@ pub(super) fn prepare(
 ) -> Result<Vec<Prepared>, SetupError> {
     let make = |kernel, reads, buffers: &[(&str, &wgpu::Buffer)]| {
         let bindings = kernels.bind(device, kernel, buffers)?;
-        Ok(Prepared { kernel, reads, pipeline: kernels.pipeline(kernel).clone(), bindings, part: None })
+        Ok(Prepared { kernel, reads, pipeline: kernels.pipeline(kernel).clone(), bindings, part: None, sub_pose: None })
     };
     let step = |params| {
         [
@@ -189,21 +209,9 @@ pub(super) fn prepare(
         ("muscles_rest", &rig.muscles),
         ("inputs", &b.muscle_inputs),
         ("joints", &b.joints),
-        ("groups", &b.groups),
         ("shaped", &b.muscles),
         ("axes", &b.axes),
         ("iterates", &b.iterates),
-    ];
-    let march = [
-        ("params", &b.march_params),
-        ("groups", &b.groups),
-        ("nodes", &rig.nodes),
-        ("muscles", &b.muscles),
-        ("axes", &b.axes),
-        ("targets", &rig.targets),
-        ("skinned", &b.skinned),
-        ("tracked", &b.tracked),
-        ("reports", &b.reports),
     ];
     let normals = |positions| {
         [
@@ -219,7 +227,6 @@ pub(super) fn prepare(
         make(KernelId::SkinLinear, None, &skin)?,
         make(KernelId::SkinDualQuaternion, None, &skin)?,
         make(KernelId::MuscleShape, None, &shape)?,
-        make(KernelId::March, None, &march)?,
         make(KernelId::Normals, Some(Positions::Skinned), &normals(&b.skinned))?,
         make(KernelId::Normals, Some(Positions::Tracked), &normals(&b.tracked))?,
     ];
@@ -231,5 +238,89 @@ pub(super) fn prepare(
     for (outer, params) in (0..).zip(&b.outer_params) {
         prepared.push(in_part(make(KernelId::MuscleProject, None, &project(params))?, (outer, false)));
     }
+    let in_sub_pose = |prepared: Prepared, sub_pose| Prepared { sub_pose: Some(sub_pose), ..prepared };
+    for (sub_pose, params) in (0..).zip(&b.track_params) {
+        for prepared_step in track(&make, rig, b, params)? {
+            prepared.push(in_sub_pose(prepared_step, (sub_pose, false)));
+        }
+    }
+    let march = march(rig, b, &b.projection_params);
+    prepared.push(in_sub_pose(make(KernelId::TrackMarch, None, &march)?, (0, true)));
     Ok(prepared)
+}
+
+/// Sub-poses that a batch has room for.
+pub(super) const SUB_POSES: u32 = TrackOptions::MOST_SUB_POSES;
+
+type Bound<'a> = (&'a str, &'a wgpu::Buffer);
+
+fn march<'a>(rig: &'a RigBuffers, b: &'a Buffers, params: &'a wgpu::Buffer) -> [Bound<'a>; 9] {
+    [
+        ("params", params),
+        ("groups", &b.groups),
+        ("nodes", &rig.nodes),
+        ("muscles", &b.muscles),
+        ("axes", &b.axes),
+        ("targets", &rig.targets),
+        ("places", &b.places),
+        ("positions", &b.skin),
+        ("tracks", &b.tracks),
+    ]
+}
+
+/// The tracker's kernels with the parameters of one sub-pose.
+fn track(
+    make: &impl Fn(KernelId, Option<Positions>, &[Bound]) -> Result<Prepared, SetupError>,
+    rig: &RigBuffers,
+    b: &Buffers,
+    params: &wgpu::Buffer,
+) -> Result<[Prepared; 7], SetupError> {
+    let carry = [
+        ("params", params),
+        ("joints", &b.track_joints),
+        ("ways", &b.ways),
+        ("positions_rest", &rig.positions_rest),
+        ("offsets", &rig.influence_offsets),
+        ("influences", &rig.influences),
+        ("targets", &rig.targets),
+        ("positions", &b.skin),
+        ("tracks", &b.tracks),
+    ];
+    let place = [
+        ("params", params),
+        ("joints", &b.track_joints),
+        ("ways", &b.ways),
+        ("reaches", &rig.reaches),
+        ("blends", &rig.blends),
+        ("places", &b.places),
+    ];
+    let turn = [
+        ("params", params),
+        ("targets", &rig.targets),
+        ("edges", &rig.edges),
+        ("positions_rest", &rig.positions_rest),
+        ("positions", &b.skin),
+        ("tracks", &b.tracks),
+    ];
+    let slide = |positions, slid| {
+        [
+            ("params", params),
+            ("targets", &rig.targets),
+            ("edges", &rig.edges),
+            ("positions_rest", &rig.positions_rest),
+            ("tracks", &b.tracks),
+            ("positions", positions),
+            ("slid", slid),
+        ]
+    };
+    let spread = [("params", params), ("targets", &rig.targets), ("positions", &b.skin), ("tracked", &b.tracked)];
+    Ok([
+        make(KernelId::TrackCarry, None, &carry)?,
+        make(KernelId::TrackPlace, None, &place)?,
+        make(KernelId::TrackMarch, None, &march(rig, b, params))?,
+        make(KernelId::TrackTurn, None, &turn)?,
+        make(KernelId::TrackSlide, Some(Positions::Skin), &slide(&b.skin, &b.slid))?,
+        make(KernelId::TrackSlide, Some(Positions::Slid), &slide(&b.slid, &b.skin))?,
+        make(KernelId::TrackSpread, None, &spread)?,
+    ])
 }

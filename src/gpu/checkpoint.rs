@@ -1,17 +1,23 @@
 //! Keeping the motion of an instance and going back to it, on the device.
 
 use super::{Batch, Instance};
-use crate::{dynamics::Clock, dynamics::Particle, field::muscle::AxisPoint};
+use crate::{
+    dynamics::{Clock, Particle},
+    field::{evaluate::Place, muscle::AxisPoint},
+    schedule::Positions,
+    tracking::{Path, Track},
+};
 
-/// What one instance's muscles hand on to its next frame: particles and axes on the device, and its clock.
+/// What one instance hands on to its next frame: its muscles' particles and axes, its skin, and where both stand in time.
 ///
 /// All else is made anew in every frame. It fits any instance of the same character on the same device whose dynamics
 /// have the same options.
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
     clock: Clock,
-    particles: wgpu::Buffer,
-    axes: wgpu::Buffer,
+    path: Path,
+    /// Copies of the buffers of [`Batch::kept`].
+    buffers: [wgpu::Buffer; 5],
 }
 
 impl Batch {
@@ -32,11 +38,10 @@ impl Batch {
             encoder.copy_buffer_to_buffer(from, u64::from(instance) * size, &to, 0, size);
             to
         };
-        let [particles, axes] = self.sizes();
         Checkpoint {
             clock: self.clocks[instance as usize].clone(),
-            particles: copy(self.particles(), particles),
-            axes: copy(self.axes(), axes),
+            path: self.paths[instance as usize].clone(),
+            buffers: self.kept().map(|(buffer, size)| copy(buffer, size)),
         }
     }
 
@@ -47,20 +52,26 @@ impl Batch {
     /// `instance` is not below the batch's count, or the checkpoint is of a character with other muscles.
     pub fn restore(&mut self, encoder: &mut wgpu::CommandEncoder, instance: u32, checkpoint: &Checkpoint) {
         assert!(instance < self.count, "instance {instance} of a batch of {}", self.count);
-        let [particles, axes] = self.sizes();
-        assert!(checkpoint.particles.size() == particles.max(4), "a checkpoint of another character");
-        for (from, to, size) in
-            [(&checkpoint.particles, self.particles(), particles), (&checkpoint.axes, self.axes(), axes)]
-        {
+        for ((to, size), from) in self.kept().into_iter().zip(&checkpoint.buffers) {
+            assert!(from.size() == size.max(4), "a checkpoint of another character");
             encoder.copy_buffer_to_buffer(from, 0, to, u64::from(instance) * size, size);
         }
         self.clocks[instance as usize] = checkpoint.clock.clone();
+        self.paths[instance as usize] = checkpoint.path.clone();
     }
 
-    /// Bytes of one instance's particles and axes.
-    fn sizes(&self) -> [u64; 2] {
-        let points = u64::from(self.rig().point_count);
-        [size_of::<Particle>(), size_of::<AxisPoint>()].map(|size| points * size as u64)
+    /// The buffers that a motion lives in, with one instance's bytes in each.
+    fn kept(&self) -> [(&wgpu::Buffer, u64); 5] {
+        let rig = self.rig();
+        let of = |count: usize, size: usize| count as u64 * size as u64;
+        let (points, vertices) = (rig.point_count as usize, rig.positions_rest.len());
+        [
+            (self.particles(), of(points, size_of::<Particle>())),
+            (self.axes(), of(points, size_of::<AxisPoint>())),
+            (self.positions(Positions::Skin), of(vertices, 16)),
+            (self.tracks(), of(vertices, size_of::<Track>())),
+            (self.places(), of(rig.targets.reaches.len(), size_of::<Place>())),
+        ]
     }
 }
 

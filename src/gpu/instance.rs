@@ -11,9 +11,9 @@ use crate::{
     kernel::{dispatch, kernel},
     normals::NormalParams,
     rig::{FrameInputs, Pose},
-    schedule::{self, Counts, DynamicsOptions, FrameOptions, Positions, Step},
+    schedule::{self, Counts, DynamicsOptions, FrameOptions, Positions, Skinning, Step},
     skinning::VertexParams,
-    tracking::MarchParams,
+    tracking::{Path, Track, TrackParams},
     wrap::MuscleParams,
 };
 use std::sync::Arc;
@@ -35,6 +35,10 @@ pub struct Batch {
     pub(super) clocks: Vec<Clock>,
     /// Per instance, substeps of its last pose.
     turns: Vec<u32>,
+    /// Per instance, where its skin's joints are.
+    pub(super) paths: Vec<Path>,
+    /// Per instance, sub-poses of its last pose.
+    sub_poses: Vec<u32>,
 }
 
 impl Batch {
@@ -64,6 +68,8 @@ impl Batch {
             options: FrameOptions::default(),
             clocks: vec![Clock::default(); count as usize],
             turns: vec![0; count as usize],
+            paths: vec![Path::default(); count as usize],
+            sub_poses: vec![0; count as usize],
         };
         let joint_count = rig.rig.character.joints.len() as u32;
         let vertex = VertexParams { vertex_count: counts.vertices, instance_count: count, joint_count, pad_0: 0 };
@@ -72,6 +78,7 @@ impl Batch {
         let rest = FrameInputs::new(&rig.rig, &Pose::rest(&rig.rig.character)).unwrap_or_default();
         for instance in 0..count {
             batch.write(queue, instance, &rest);
+            batch.put_to_rest(queue, instance);
         }
         Ok(batch)
     }
@@ -83,10 +90,17 @@ impl Batch {
             self.clocks.fill(Clock::default());
             self.turns.fill(0);
         }
+        if options.skinning != self.options.skinning {
+            (0..self.count).for_each(|instance| self.put_to_rest(queue, instance));
+        }
         self.options = *options;
         self.plan();
         self.write_dynamics(queue);
-        let march = MarchParams::new(&counts, self.count, &options.march);
+        let track = |sub_pose, projects| TrackParams::new(&counts, self.count, &options.track, sub_pose, projects);
+        for (sub_pose, buffer) in (0..).zip(&self.buffers.track_params) {
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&track(sub_pose, false)));
+        }
+        queue.write_buffer(&self.buffers.projection_params, 0, bytemuck::bytes_of(&track(0, true)));
         let normal = NormalParams {
             vertex_count: counts.vertices,
             instance_count: self.count,
@@ -97,15 +111,14 @@ impl Batch {
             pad_0: 0,
             pad_1: 0,
         };
-        queue.write_buffer(&self.buffers.march_params, 0, bytemuck::bytes_of(&march));
         queue.write_buffer(&self.buffers.normal_params, 0, bytemuck::bytes_of(&normal));
     }
 
     /// Lists the steps of the coming frame.
     fn plan(&mut self) {
-        let joints = self.rig.rig.character.joints.len() as u32;
-        let turns = self.turns.iter().copied().max().unwrap_or(0);
-        self.steps = schedule::frame(&counts(&self.rig), &self.options, joints, turns);
+        let most = |counts: &[u32]| counts.iter().copied().max().unwrap_or(0);
+        let (turns, sub_poses) = (most(&self.turns), most(&self.sub_poses));
+        self.steps = schedule::frame(&counts(&self.rig), &self.options, turns, sub_poses);
     }
 
     fn write_dynamics(&self, queue: &wgpu::Queue) {
@@ -131,13 +144,25 @@ impl Batch {
         queue.write_buffer(&self.buffers.carry_params, 0, bytemuck::bytes_of(&carry));
     }
 
-    /// Lets an instance's next pose start its dynamics anew, as after a teleport.
+    /// Lets an instance's next pose start its dynamics and its skin anew, as after a teleport.
     ///
     /// # Panics
     /// `instance` is not below the batch's count.
-    pub fn reset(&mut self, instance: u32) {
+    pub fn reset(&mut self, queue: &wgpu::Queue, instance: u32) {
         assert!(instance < self.count, "instance {instance} of a batch of {}", self.count);
         self.clocks[instance as usize].reset();
+        self.put_to_rest(queue, instance);
+    }
+
+    /// Puts an instance's skin where it is at rest.
+    fn put_to_rest(&mut self, queue: &wgpu::Queue, instance: u32) {
+        let positions: &[u8] = bytemuck::cast_slice(&self.rig.rig.positions_rest);
+        queue.write_buffer(&self.buffers.skin, u64::from(instance) * positions.len() as u64, positions);
+        let tracks = vec![Track::REST; self.rig.rig.positions_rest.len()];
+        let tracks: &[u8] = bytemuck::cast_slice(&tracks);
+        queue.write_buffer(&self.buffers.tracks, u64::from(instance) * tracks.len() as u64, tracks);
+        self.paths[instance as usize] = Path::default();
+        self.sub_poses[instance as usize] = 0;
     }
 
     /// Poses one instance. With dynamics, each pose moves the instance's muscles on to its time: encode and submit a frame
@@ -155,7 +180,26 @@ impl Batch {
         if let Some(options) = counts(&self.rig).dynamics(&self.options) {
             self.advance(queue, instance, &inputs, f64::from(pose.time), &options);
         }
+        if self.options.skinning == Skinning::Implicit {
+            self.lead(queue, instance, pose);
+        }
+        self.plan();
         Ok(())
+    }
+
+    /// Writes the sub-poses that lead an instance's skin to a pose.
+    fn lead(&mut self, queue: &wgpu::Queue, instance: u32, pose: &Pose) {
+        let (way, sub_poses) = self.paths[instance as usize].advance(&self.rig.rig, pose, &self.options.track);
+        for (sub_pose, at) in (0..).zip(sub_poses.iter().rev()) {
+            let place = u64::from(sub_pose * self.count + instance);
+            let joints: &[u8] = bytemuck::cast_slice(&at.joints);
+            queue.write_buffer(&self.buffers.track_joints, place * joints.len() as u64, joints);
+            let groups: &[u8] = bytemuck::cast_slice(&at.groups);
+            queue.write_buffer(&self.buffers.groups, place * groups.len() as u64, groups);
+        }
+        let bytes = bytemuck::bytes_of(&way);
+        queue.write_buffer(&self.buffers.ways, u64::from(instance) * bytes.len() as u64, bytes);
+        self.sub_poses[instance as usize] = way.count;
     }
 
     /// Moves an instance's clock on, and puts its muscles in place where a motion starts.
@@ -179,7 +223,6 @@ impl Batch {
             put(&self.buffers.axes, bytemuck::cast_slice(&self.rig.bodies_rest.axes_rest));
         }
         self.turns[instance as usize] = turn.clock.turns;
-        self.plan();
     }
 
     fn write(&self, queue: &wgpu::Queue, instance: u32, inputs: &FrameInputs) {
@@ -212,6 +255,7 @@ impl Batch {
                 p.kernel == step.kernel
                     && (p.reads.is_none() || p.reads == step.reads)
                     && p.part.is_none_or(|part| part == (step.outer, step.carries))
+                    && p.sub_pose.is_none_or(|sub_pose| sub_pose == (step.sub_pose, step.projects))
             };
             let Some(prepared) = self.pipelines.iter().find(matches) else { continue };
             let threads = u64::from(step.items) * u64::from(self.count);
@@ -252,6 +296,8 @@ impl Batch {
     pub fn positions(&self, stage: Positions) -> &wgpu::Buffer {
         match stage {
             Positions::Skinned => &self.buffers.skinned,
+            Positions::Skin => &self.buffers.skin,
+            Positions::Slid => &self.buffers.slid,
             Positions::Tracked => &self.buffers.tracked,
         }
     }
@@ -276,9 +322,14 @@ impl Batch {
         &self.buffers.iterates
     }
 
-    /// How the march of every vertex ended ([`crate::tracking::MarchReport`]), instance after instance.
-    pub fn reports(&self) -> &wgpu::Buffer {
-        &self.buffers.reports
+    /// How vertices see the groups around them ([`crate::field::evaluate::Place`]), instance after instance.
+    pub fn places(&self) -> &wgpu::Buffer {
+        &self.buffers.places
+    }
+
+    /// What the tracker keeps of every vertex ([`crate::tracking::Track`]), instance after instance.
+    pub fn tracks(&self) -> &wgpu::Buffer {
+        &self.buffers.tracks
     }
 }
 
@@ -316,9 +367,9 @@ impl Instance {
         self.batch.set_options(queue, options);
     }
 
-    /// Lets the next pose start its dynamics anew: see [`Batch::reset`].
-    pub fn reset(&mut self) {
-        self.batch.reset(0);
+    /// Lets the next pose start its dynamics and its skin anew: see [`Batch::reset`].
+    pub fn reset(&mut self, queue: &wgpu::Queue) {
+        self.batch.reset(queue, 0);
     }
 
     /// Records one frame. Neither submits, polls nor maps.
@@ -340,6 +391,8 @@ impl Instance {
 fn counts(rig: &RigBuffers) -> Counts {
     Counts {
         vertices: rig.rig.character.vertex_count() as u32,
+        joints: rig.rig.character.joints.len() as u32,
+        reaches: rig.rig.targets.reaches.len() as u32,
         muscles: rig.rig.muscles.len() as u32,
         points: rig.rig.point_count,
         most_segments: rig.rig.most_segments(),

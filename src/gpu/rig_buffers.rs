@@ -15,6 +15,9 @@ pub struct RigBuffers {
     pub(super) muscles: wgpu::Buffer,
     pub(super) nodes: wgpu::Buffer,
     pub(super) targets: wgpu::Buffer,
+    pub(super) reaches: wgpu::Buffer,
+    pub(super) blends: wgpu::Buffer,
+    pub(super) edges: wgpu::Buffer,
     pub(super) corners: wgpu::Buffer,
     pub(super) fans: wgpu::Buffer,
     pub(super) fan_members: wgpu::Buffer,
@@ -31,13 +34,16 @@ impl RigBuffers {
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
         let bodies_rest = Arc::new(Bodies::new(&rig));
-        let data: [(&'static str, &[u8]); 12] = [
+        let data: [(&'static str, &[u8]); 15] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
             ("muscles", bytemuck::cast_slice(&rig.muscles)),
             ("field grids", bytemuck::cast_slice(&rig.nodes)),
-            ("vertex targets", bytemuck::cast_slice(&rig.targets)),
+            ("vertex targets", bytemuck::cast_slice(&rig.targets.vertices)),
+            ("reaches", bytemuck::cast_slice(&rig.targets.reaches)),
+            ("blended joints", bytemuck::cast_slice(&rig.targets.blends)),
+            ("skin edges", bytemuck::cast_slice(&rig.graph.edges)),
             ("triangles", bytemuck::cast_slice(&rig.topology.corners)),
             ("fans", bytemuck::cast_slice(&rig.topology.fans)),
             ("fan members", bytemuck::cast_slice(&rig.topology.members)),
@@ -56,6 +62,9 @@ impl RigBuffers {
             muscles,
             nodes,
             targets,
+            reaches,
+            blends,
+            edges,
             corners,
             fans,
             fan_members,
@@ -72,6 +81,9 @@ impl RigBuffers {
             muscles,
             nodes,
             targets,
+            reaches,
+            blends,
+            edges,
             corners,
             fans,
             fan_members,

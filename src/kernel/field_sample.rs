@@ -3,7 +3,7 @@
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     field::{
-        GroupGrid,
+        Fold, GroupGrid,
         evaluate::GroupFrame,
         muscle::{AxisPoint, MuscleFrame},
     },
@@ -19,6 +19,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::DISPATCH,
         source::MATH,
         source::TRANSFER,
+        source::FOLD,
         source::NEAREST,
         source::PROFILE,
         source::MUSCLE,
@@ -36,6 +37,7 @@ pub(super) const KERNEL: Kernel = Kernel {
 
 const STRUCTS: &[SharedStruct] = &[
     shared::<SampleParams>(),
+    shared::<Fold>(),
     shared::<GroupGrid>(),
     shared::<GroupFrame>(),
     shared::<AxisPoint>(),

@@ -2,7 +2,7 @@
 
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
-    dynamics::{DynamicsParams, MovedJoint, StepClock, joints},
+    dynamics::{DynamicsParams, MovedJoint, StepClock},
     rig::JointFrame,
     schedule::KernelId,
 };
@@ -11,9 +11,9 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::JointStep,
     stem: "joint_step",
     source: include_str!("../../shaders/kernels/joint_step.wgsl"),
-    parts: &[source::DISPATCH, source::MATH],
+    parts: &[source::DISPATCH, source::MATH, source::INVERSE],
     structs: STRUCTS,
-    constants: &[("FLAT", joints::FLAT as f64)],
+    constants: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

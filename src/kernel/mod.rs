@@ -6,7 +6,6 @@ pub mod source;
 
 mod field_sample;
 mod joint_step;
-mod march;
 mod muscle_predict;
 mod muscle_project;
 mod muscle_sample;
@@ -14,6 +13,12 @@ mod muscle_shape;
 mod normals;
 mod skin_dual_quaternion;
 mod skin_linear;
+mod track_carry;
+mod track_march;
+mod track_place;
+mod track_slide;
+mod track_spread;
+mod track_turn;
 
 use crate::schedule::KernelId;
 
@@ -91,14 +96,19 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 10] = [
+pub const KERNELS: [Kernel; 15] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     joint_step::KERNEL,
     muscle_predict::KERNEL,
     muscle_project::KERNEL,
     muscle_shape::KERNEL,
-    march::KERNEL,
+    track_carry::KERNEL,
+    track_place::KERNEL,
+    track_march::KERNEL,
+    track_turn::KERNEL,
+    track_slide::KERNEL,
+    track_spread::KERNEL,
     normals::KERNEL,
     field_sample::KERNEL,
     muscle_sample::KERNEL,
@@ -113,7 +123,12 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::MusclePredict => &muscle_predict::KERNEL,
         KernelId::MuscleProject => &muscle_project::KERNEL,
         KernelId::MuscleShape => &muscle_shape::KERNEL,
-        KernelId::March => &march::KERNEL,
+        KernelId::TrackCarry => &track_carry::KERNEL,
+        KernelId::TrackPlace => &track_place::KERNEL,
+        KernelId::TrackMarch => &track_march::KERNEL,
+        KernelId::TrackTurn => &track_turn::KERNEL,
+        KernelId::TrackSlide => &track_slide::KERNEL,
+        KernelId::TrackSpread => &track_spread::KERNEL,
         KernelId::Normals => &normals::KERNEL,
         KernelId::FieldSample => &field_sample::KERNEL,
         KernelId::MuscleSample => &muscle_sample::KERNEL,

@@ -35,6 +35,7 @@ pub(super) const KERNEL: Kernel = Kernel {
 const STRUCTS: &[SharedStruct] = &[
     shared::<DynamicsParams>(),
     shared::<MuscleBody>(),
+    shared::<crate::field::Fold>(),
     shared::<GroupGrid>(),
     shared::<GroupFrame>(),
     shared::<BoneRest>(),

@@ -2,11 +2,7 @@
 
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
-    field::{
-        GroupGrid,
-        evaluate::GroupFrame,
-        muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
-    },
+    field::muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
     rig::JointFrame,
     schedule::KernelId,
     wrap::MuscleParams,
@@ -16,7 +12,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleShape,
     stem: "muscle_shape",
     source: include_str!("../../shaders/kernels/muscle_shape.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::AXIS, source::RUN],
+    parts: &[source::DISPATCH, source::MATH, source::INVERSE, source::AXIS, source::RUN],
     structs: STRUCTS,
     constants: &[
         ("MIN_LENGTH", muscle::MIN_LENGTH as f64),
@@ -36,8 +32,6 @@ const STRUCTS: &[SharedStruct] = &[
     shared::<MuscleInput>(),
     shared::<AxisPoint>(),
     shared::<JointFrame>(),
-    shared::<GroupGrid>(),
-    shared::<GroupFrame>(),
     shared::<MuscleFrame>(),
 ];
 
@@ -46,7 +40,6 @@ const BINDINGS: &[Binding] = &[
     read("muscles_rest"),
     read("inputs"),
     read("joints"),
-    read("groups"),
     write("shaped"),
     write("axes"),
     read("iterates"),

@@ -1,11 +1,11 @@
 //! A kernel's WGSL, assembled by concatenation, with a map from its lines back to the files they came from.
 
 use super::{Kernel, SharedStruct, WORKGROUP};
-use crate::dynamics;
 use crate::field::{
-    compose, evaluate,
+    compose, evaluate, fold,
     muscle::{self, axis},
 };
+use crate::{dynamics, math};
 use std::ops::Range;
 
 /// Shared WGSL.
@@ -31,6 +31,24 @@ pub const DISPATCH: Part = Part {
 /// Vector helpers.
 pub const MATH: Part =
     Part { file: "shaders/shared/math.wgsl", text: include_str!("../../shaders/shared/math.wgsl"), constants: &[] };
+/// Inverses of affine maps.
+pub const INVERSE: Part = Part {
+    file: "shaders/shared/inverse.wgsl",
+    text: include_str!("../../shaders/shared/inverse.wgsl"),
+    constants: &[("INVERSE_FLAT", math::FLAT as f64)],
+};
+/// Offsets beside folding joints.
+pub const FOLD: Part = Part {
+    file: "shaders/shared/fold.wgsl",
+    text: include_str!("../../shaders/shared/fold.wgsl"),
+    constants: &[("FOLD_SPREAD", fold::SPREAD as f64), ("FOLD_LEAST_RADIUS", fold::LEAST_RADIUS as f64)],
+};
+/// Unit quaternions.
+pub const QUATERNION: Part = Part {
+    file: "shaders/shared/quaternion.wgsl",
+    text: include_str!("../../shaders/shared/quaternion.wgsl"),
+    constants: &[],
+};
 /// From raw distance to a compact field.
 pub const TRANSFER: Part = Part {
     file: "shaders/shared/transfer.wgsl",
@@ -138,9 +156,12 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 17] = [
+pub const PARTS: [Part; 20] = [
     DISPATCH,
     MATH,
+    INVERSE,
+    FOLD,
+    QUATERNION,
     TRANSFER,
     AXIS,
     NEAREST,

@@ -27,14 +27,14 @@ pub fn capture(headless: &Headless, batch: &Batch, instance: u32) -> Result<GpuR
     let axes = instance as usize * points..(instance as usize + 1) * points;
     let moves = batch.steps().iter().any(|s| s.kernel == KernelId::MusclePredict);
     let particles = if moves { axes.clone() } else { 0..0 };
-    let march = range(&[KernelId::March]);
+    let track = range(&[KernelId::TrackSpread]);
     Ok(GpuResult {
         skinned: readback::read(headless, batch.positions(Positions::Skinned), skin)?,
         muscles: readback::read(headless, batch.muscles(), range(&[KernelId::MuscleShape]))?,
         axes: readback::read(headless, batch.axes(), axes)?,
         particles: readback::read(headless, batch.particles(), particles)?,
-        tracked: readback::read(headless, batch.positions(Positions::Tracked), march.clone())?,
-        reports: readback::read(headless, batch.reports(), march)?,
+        tracked: readback::read(headless, batch.positions(Positions::Tracked), track.clone())?,
+        tracks: readback::read(headless, batch.tracks(), track)?,
         vertices: readback::read(headless, batch.output(), range(&[KernelId::Normals]))?,
     })
 }

@@ -13,7 +13,7 @@ use crate::{
     dynamics::Particle,
     field::muscle::{AxisPoint, MuscleFrame},
     reference::Trace,
-    tracking::{MarchReport, StopReason},
+    tracking::{StopReason, Track},
 };
 use glam::{Vec2, Vec4, Vec4Swizzles};
 use serde::Serialize;
@@ -29,10 +29,10 @@ pub struct GpuResult {
     pub axes: Vec<AxisPoint>,
     /// Points of the muscles in motion; empty without dynamics.
     pub particles: Vec<Particle>,
-    /// Marched positions; empty without a march.
+    /// Tracked positions; empty without the tracker.
     pub tracked: Vec<Vec4>,
-    /// How each march ended; empty without a march.
-    pub reports: Vec<MarchReport>,
+    /// What the tracker keeps of every vertex; empty without it.
+    pub tracks: Vec<Track>,
     /// Output vertices: position and normal.
     pub vertices: Vec<[f32; 6]>,
 }
@@ -159,7 +159,7 @@ pub fn compare(gpu: &GpuResult, cpu: CpuResult, height: f32) -> Vec<StageReport>
     }
     if !trace.tracked.is_empty() {
         let mut report = vectors("tracked", &gpu.tracked, &trace.tracked, unit, TRACKED);
-        let agreement = stop_agreement(&gpu.reports, &trace.reports);
+        let agreement = stop_agreement(&gpu.tracks, &trace.tracks);
         report.stop_agreement = Some(agreement);
         report.pass &= agreement >= STOP_AGREEMENT;
         stages.push(report);
@@ -222,7 +222,7 @@ pub fn particles(gpu: &GpuResult, trace: &Trace, tolerance: Tolerance) -> StageR
 const LEAST_LENGTH: f32 = 1e-3;
 
 /// Share of vertices that stopped for the same reason on both sides.
-fn stop_agreement(gpu: &[MarchReport], cpu: &[MarchReport]) -> f32 {
+fn stop_agreement(gpu: &[Track], cpu: &[Track]) -> f32 {
     if gpu.len() != cpu.len() {
         return 0.0;
     }
@@ -265,8 +265,8 @@ fn measure(
 }
 
 /// How many vertices stopped for each reason.
-pub fn stop_counts(reports: &[MarchReport]) -> Vec<(StopReason, usize)> {
-    StopReason::ALL.iter().map(|&r| (r, reports.iter().filter(|m| m.stop == r as u32).count())).collect()
+pub fn stop_counts(tracks: &[Track]) -> Vec<(StopReason, usize)> {
+    StopReason::ALL.iter().map(|&r| (r, tracks.iter().filter(|m| m.stop == r as u32).count())).collect()
 }
 
 #[cfg(test)]
@@ -304,7 +304,7 @@ mod tests {
 
     #[test]
     fn another_stop_reason_fails_the_march() {
-        let stopped = |stop: u32| vec![MarchReport { stop, ..MarchReport::default() }; 100];
+        let stopped = |stop: u32| vec![Track { stop, ..Track::default() }; 100];
         let trace = Trace {
             steps: Vec::new(),
             skinned: line(100),
@@ -312,14 +312,14 @@ mod tests {
             axes: Vec::new(),
             particles: Vec::new(),
             tracked: line(100),
-            reports: stopped(1),
+            tracks: stopped(1),
             normals: vec![Vec4::Y; 100],
         };
         let vertices: Vec<[f32; 6]> = line(100).iter().map(|p| [p.x, p.y, p.z, 0.0, 1.0, 0.0]).collect();
         let mut gpu =
-            GpuResult { skinned: line(100), tracked: line(100), reports: stopped(1), vertices, ..GpuResult::default() };
+            GpuResult { skinned: line(100), tracked: line(100), tracks: stopped(1), vertices, ..GpuResult::default() };
         assert!(compare(&gpu, CpuResult(&trace), 1.0).iter().all(|s| s.pass));
-        gpu.reports[7].stop = 3;
+        gpu.tracks[7].stop = 3;
         let stages = compare(&gpu, CpuResult(&trace), 1.0);
         assert!(stages.iter().any(|s| s.stage == "tracked" && !s.pass && s.stop_agreement == Some(0.99)));
     }

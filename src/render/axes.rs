@@ -41,7 +41,7 @@ pub fn axis_meshes(
     depths: &[Depth],
 ) -> Vec<ColorMesh> {
     let meshes = rig.muscles.iter().filter_map(|rest| {
-        let (points, to_posed) = posed(rig, pose, rest, axes)?;
+        let (points, to_posed) = posed(pose, rest, axes)?;
         let own = particles.get(rest.first_point as usize..)?.get(..points.len())?;
         let places: Vec<Vec3> = points.iter().map(|p| to_posed.transform_point3(p.position.xyz())).collect();
         let radius = bead_radius(places.iter().copied(), Vec3::length);
@@ -93,7 +93,7 @@ impl Paths {
     pub fn meshes(&self, rig: &Rig, pose: &Pose) -> Vec<ColorMesh> {
         let Some((now, _)) = self.seen.back() else { return Vec::new() };
         let meshes = rig.muscles.iter().filter_map(|rest| {
-            let to_posed = to_posed(rig, pose, rest)?;
+            let to_posed = to_posed(pose, rest)?;
             let own = rest.first_point as usize..=(rest.first_point + rest.segments) as usize;
             let runs = self.seen.iter().map(|(time, places)| Some((time, places.get(own.clone())?)));
             let runs = runs.collect::<Option<Vec<_>>>()?;

@@ -22,7 +22,7 @@ pub fn muscle_mesh(muscle: &MuscleFrame, points: &[AxisPoint], to_posed: &Mat4) 
 /// lacks is left out.
 pub fn muscle_meshes(rig: &Rig, pose: &Pose, shaped: &[MuscleFrame], axes: &[AxisPoint]) -> Vec<ColorMesh> {
     let meshes = rig.muscles.iter().zip(shaped).filter_map(|(rest, muscle)| {
-        let (points, to_posed) = posed(rig, pose, rest, axes)?;
+        let (points, to_posed) = posed(pose, rest, axes)?;
         Some(muscle_mesh(muscle, points, to_posed))
     });
     meshes.collect()
@@ -30,17 +30,16 @@ pub fn muscle_meshes(rig: &Rig, pose: &Pose, shaped: &[MuscleFrame], axes: &[Axi
 
 /// A muscle's own points, and the matrix that takes them to scene space.
 pub(super) fn posed<'a>(
-    rig: &Rig,
     pose: &'a Pose,
     rest: &MuscleRest,
     axes: &'a [AxisPoint],
 ) -> Option<(&'a [AxisPoint], &'a Mat4)> {
     let first = rest.first_point as usize;
     let points = axes.get(first..=first + rest.segments as usize)?;
-    Some((points, to_posed(rig, pose, rest)?))
+    Some((points, to_posed(pose, rest)?))
 }
 
-/// The matrix that takes a muscle's space, its field group's at rest, to scene space.
-pub(super) fn to_posed<'a>(rig: &Rig, pose: &'a Pose, rest: &MuscleRest) -> Option<&'a Mat4> {
-    pose.palette.get(rig.grids.get(rest.group as usize)?.joint as usize)
+/// The matrix that takes a muscle's space, its joint's at rest, to scene space.
+pub(super) fn to_posed<'a>(pose: &'a Pose, rest: &MuscleRest) -> Option<&'a Mat4> {
+    pose.palette.get(rest.joint as usize)
 }

@@ -1,9 +1,9 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FrameInputs, MuscleSpec, Pose, Topology, bone_fields,
-    bones,
-    groups::{FieldOptions, Fields, FitReport, build_fields},
+    BoneCollider, BoneMesh, Character, Drives, FieldGroups, MuscleSpec, Pose, Role, SkinGraph, Targets, Topology,
+    bone_fields, bones,
+    groups::{FieldOptions, Fields, FitReport, FoldRest, Swing, build_fields},
     muscle::{self, BoneSpec},
 };
 use crate::math::{transform_point, transform_vector};
@@ -11,29 +11,10 @@ use crate::{
     error::RigError,
     field::{
         GroupGrid,
-        evaluate::{self, CONTACT_GAP, GroupSample, NO_GROUP},
         muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest, shape, straighten},
     },
 };
 use glam::{Vec3, Vec4, Vec4Swizzles};
-
-crate::gpu_struct! {
-    /// Where the march takes a vertex.
-    pub struct VertexTarget {
-        /// Composed field value at rest, muscles included.
-        pub iso: f32,
-        /// 1 where the vertex follows the field, 0 where it follows geometric skinning.
-        pub follows: u32,
-        /// The group with the largest field at rest, whose side the vertex stays on.
-        pub owner: u32,
-        /// Field of any other group above which the vertex is in contact: the iso-value less a gap, and never less
-        /// than what overlaps at rest.
-        pub limit: f32,
-    }
-}
-
-/// Field by which a rest overlap of two groups may grow before it counts as a contact.
-const REST_MARGIN: f32 = 0.005;
 
 /// How a rig is built.
 #[derive(Clone, Debug)]
@@ -87,8 +68,14 @@ pub struct Rig {
     axes_rest: Vec<Vec3>,
     /// The same points as the dynamics hold them, where they do; else empty.
     settled: Vec<SettledPoint>,
-    /// One per vertex.
-    pub targets: Vec<VertexTarget>,
+    /// Joints between field groups.
+    pub swings: Vec<Swing>,
+    /// Joints beside which folding skin displaces what is under it.
+    pub folds: Vec<FoldRest>,
+    /// The skin as a graph.
+    pub graph: SkinGraph,
+    /// Where the skin goes, and how it sees the groups around it.
+    pub targets: Targets,
     /// Triangles around every vertex.
     pub topology: Topology,
 }
@@ -160,12 +147,15 @@ impl Rig {
         let mut rig = Rig {
             positions_rest: character.positions_rest.iter().map(|p| p.extend(1.0)).collect(),
             topology: Topology::new(&character),
-            targets: vec![VertexTarget::default(); character.vertex_count()],
+            folds: fields.folds,
+            graph: SkinGraph::new(&character),
+            targets: Targets::default(),
             character,
             groups,
             grids,
             nodes: fields.nodes,
             fits: fields.fits,
+            swings: fields.swings,
             specs,
             drives,
             muscle_names,
@@ -187,7 +177,7 @@ impl Rig {
 
     /// Number of active vertices.
     pub fn active_count(&self) -> usize {
-        self.targets.iter().filter(|t| t.follows != 0).count()
+        self.targets.vertices.iter().filter(|t| t.role == Role::Active as u32).count()
     }
 
     /// Every muscle in the rest pose with activation 0, and the points of their axes.
@@ -255,7 +245,7 @@ impl Rig {
         let mut sums = vec![(0.0f32, 0u32); self.specs.len()];
         for (rest, &spec) in self.muscles.iter().zip(&self.spec_of) {
             let joint = |index: u32| pose.palette.get(index as usize);
-            let driving = joint(self.grids[rest.group as usize].joint);
+            let driving = joint(rest.joint);
             let (Some(from), Some(to), Some(group)) = (joint(rest.origin_joint), joint(rest.insertion_joint), driving)
             else {
                 continue;
@@ -274,50 +264,9 @@ impl Rig {
         self.spec_of.iter().map(|&spec| muscle::rest_input(&self.specs[spec as usize])).collect()
     }
 
-    /// Rest iso-values with the muscles in, and which vertices the field can hold (prototypes 3).
+    /// Finds the skin's targets with the muscles where they are at rest.
     fn aim(&mut self) {
-        use rayon::prelude::*;
-        if self.grids.is_empty() {
-            return;
-        }
-        let Ok(inputs) = FrameInputs::new(self, &Pose::rest(&self.character)) else { return };
-        let (shaped, axes) = self.muscles_at_rest();
-        self.targets = (0..self.character.vertex_count())
-            .into_par_iter()
-            .map(|v| {
-                let field =
-                    evaluate::FieldInput { groups: &inputs.groups, nodes: &self.nodes, muscles: &shaped, axes: &axes };
-                let found = field.composed(self.positions_rest[v].xyz());
-                let others = field.strongest_other(found.group, self.positions_rest[v].xyz());
-                VertexTarget {
-                    iso: found.sample.value,
-                    follows: self.holds(v, &found).into(),
-                    owner: found.group,
-                    limit: (found.sample.value - CONTACT_GAP).max(others + REST_MARGIN),
-                }
-            })
-            .collect();
-    }
-
-    /// Whether the field has a usable value and direction at a vertex, and the vertex is not bound to a group that
-    /// follows geometric skinning as a whole.
-    fn holds(&self, vertex: usize, found: &GroupSample) -> bool {
-        if found.group == NO_GROUP || !(0.03..=0.97).contains(&found.sample.value) {
-            return false;
-        }
-        let influences = self.character.influences_of(vertex);
-        let passive: f32 = influences
-            .iter()
-            .filter(|i| self.groups.group_of_joint.get(i.joint as usize).is_some_and(|&g| self.is_passive(g)))
-            .map(|i| i.weight)
-            .sum();
-        let slope = found.sample.gradient.length();
-        let facing = -found.sample.gradient.dot(self.character.normals_rest[vertex]);
-        passive <= 0.98 && slope * self.grids[found.group as usize].support_radius >= 0.1 && facing >= 0.3 * slope
-    }
-
-    fn is_passive(&self, group: u32) -> bool {
-        self.groups.groups.get(group as usize).is_some_and(|g| g.passive)
+        self.targets = Targets::new(self);
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Pose, Rig};
 use crate::{
     error::PoseError,
-    field::{evaluate::GroupFrame, muscle::MuscleInput},
+    field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleInput},
     math::polar,
 };
 use glam::{Mat4, Quat, Vec4};
@@ -48,26 +48,34 @@ impl FrameInputs {
         }
         Ok(FrameInputs {
             joints: pose.palette.iter().map(joint_frame).collect(),
-            groups: rig
-                .grids
-                .iter()
-                .map(|grid| {
-                    let matrix = pose.palette[grid.joint as usize];
-                    let volume = matrix.determinant().abs();
-                    let to_rest = matrix.inverse();
-                    let present = volume > 1e-12 && to_rest.is_finite();
-                    GroupFrame {
-                        to_rest: if present { to_rest } else { Mat4::IDENTITY },
-                        grid: *grid,
-                        scale: volume.cbrt(),
-                        present: present.into(),
-                        ..GroupFrame::default()
-                    }
-                })
-                .collect(),
+            groups: group_frames(rig, &pose.palette),
             muscles: muscle_inputs(rig, pose)?,
         })
     }
+}
+
+/// The field groups of a rig whose joints take scene space at rest to scene space posed by `palette`.
+pub fn group_frames(rig: &Rig, palette: &[Mat4]) -> Vec<GroupFrame> {
+    let of = |grid: &GroupGrid| {
+        let matrix = palette[grid.joint as usize];
+        let volume = matrix.determinant().abs();
+        let to_rest = matrix.inverse();
+        let present = volume > 1e-12 && to_rest.is_finite();
+        GroupFrame {
+            to_rest: if present { to_rest } else { Mat4::IDENTITY },
+            grid: *grid,
+            scale: volume.cbrt(),
+            present: present.into(),
+            ..GroupFrame::default()
+        }
+    };
+    let mut groups: Vec<GroupFrame> = rig.grids.iter().map(of).collect();
+    for fold in &rig.folds {
+        let [parent, child] = fold.posed(&groups);
+        groups[fold.parent as usize].fold_end = parent;
+        groups[fold.child as usize].fold_start = child;
+    }
+    groups
 }
 
 /// What keys and drivers make of every muscle; fibres of a set share theirs.

@@ -85,12 +85,12 @@ crate::gpu_struct! {
         pub segments: u32,
         /// First of the muscle's points among its instance's.
         pub first_point: u32,
+        /// Joint in whose scene space at rest the muscle is shaped: its group's, or in a trunk the one nearest to it.
+        pub joint: u32,
         /// Unused.
         pub pad_0: u32,
         /// Unused.
         pub pad_1: u32,
-        /// Unused.
-        pub pad_2: u32,
     }
 }
 

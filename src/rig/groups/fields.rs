@@ -1,7 +1,10 @@
 //! One field per group: samples of the patch, caps at the joints, an interpolant, a grid.
 
 use super::shape::Shape;
-use super::{FieldGroups, Group};
+use super::{
+    FieldGroups, Group,
+    hinges::{self, FoldRest, Swing},
+};
 use crate::error::{FieldError, HrbfError};
 use crate::field::GroupGrid;
 use crate::field::grid::{self, FilledGrid};
@@ -11,9 +14,10 @@ use crate::rig::Character;
 use glam::{DMat3, Vec4};
 use rayon::prelude::*;
 
-/// Support radius as a share of the median distance of a group's vertices from its bone. The prototypes used .75 to 1;
-/// groups that carry muscles want .5 to .75 (background 3.4).
-pub const SUPPORT_SHARE: f64 = 0.75;
+/// Support radius as a share of the median distance of a group's vertices from its bone. Groups that carry muscles would
+/// have .5 to .75 (background 3.4), but under a fold of 130 degrees fields of .75 are 1 without a slope, and say nothing
+/// to the skin there; of the prototypes' .75 to 1 it is 1.
+pub const SUPPORT_SHARE: f64 = 1.0;
 /// Up to this many groups a character counts as a limb and not as a body.
 const LIMB_GROUPS: usize = 4;
 /// Samples per group of a limb, and of a body.
@@ -84,6 +88,10 @@ pub struct Fields {
     pub nodes: Vec<Vec4>,
     /// One report per group.
     pub fits: Vec<FitReport>,
+    /// Joints between groups.
+    pub swings: Vec<Swing>,
+    /// Those that fold.
+    pub folds: Vec<FoldRest>,
 }
 
 /// Fits and caches the field of every group. The same input gives the same bytes.
@@ -119,7 +127,12 @@ pub fn build_fields(character: &Character, groups: &FieldGroups, options: &Field
     let built: Vec<(FilledGrid, FitReport)> = built.into_iter().collect::<Result<_, _>>()?;
 
     let total: usize = built.iter().map(|(filled, _)| filled.nodes.len()).sum();
-    let mut fields = Fields { nodes: Vec::with_capacity(total), ..Fields::default() };
+    let mut fields = Fields {
+        nodes: Vec::with_capacity(total),
+        swings: hinges::swings(character, groups, &shapes),
+        folds: hinges::folds(groups, &shapes, groups.groups.len() <= LIMB_GROUPS),
+        ..Fields::default()
+    };
     for (filled, fit) in built {
         fields.grids.push(GroupGrid { offset: fields.nodes.len() as u32, ..filled.grid });
         fields.nodes.extend(filled.nodes);

@@ -1,17 +1,19 @@
 //! Field groups: the joints that share one field, the vertices each group owns, and the fields themselves.
 //!
-//! Names come first (sixteen groups on a human body: pelvis with the lower spine, chest with clavicles, neck, head, and
+//! Names come first (fifteen groups on a human body: the trunk from pelvis to clavicles, neck, head, and
 //! per side upper arm, forearm, hand, thigh, calf, foot); a joint of unknown name stands for itself. Groups with too
 //! little skin, and unknown bones too short to bend visibly, then merge into their parents;
 //! where more than 64 are left, so do the smallest.
 
 mod fields;
+mod hinges;
 mod names;
 mod parts;
 mod shape;
 mod structure;
 
 pub use fields::{FieldOptions, Fields, FitReport, build_fields};
+pub use hinges::{FoldRest, Swing};
 pub use names::{BodyPart, Side};
 
 use crate::rig::Character;
@@ -23,7 +25,7 @@ const EARNEST_SHARE: f64 = 0.01;
 /// Joints that share one field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// Readable and unique: `upperarm_l`, `chest`, or the joint's own name.
+    /// Readable and unique: `upperarm_l`, `trunk`, or the joint's own name.
     pub name: String,
     /// The joint that drives the field: in most groups the one with the largest share of the group's skin.
     pub joint: u32,
@@ -102,8 +104,7 @@ fn unique_name(merging: &Merging, live: &[u32], group: u32) -> String {
 /// The joint of group `g` that drives its field.
 ///
 /// The one with the largest share of the group's skin, the first of equals. Heads, hands and feet have many joints that
-/// lie close together and take the first that moves skin in earnest; a pelvis takes a joint of that name before the
-/// lower spine, so that it stays with the thighs.
+/// lie close together and take the first that moves skin in earnest.
 fn driver(
     character: &Character,
     areas: &[f32],
@@ -126,10 +127,6 @@ fn driver(
     };
     let preferred = match part {
         Some(part) if part.is_end() => all().find(earnest),
-        Some(part @ BodyPart::Pelvis) => {
-            let named = |j: &usize| names::read(&character.joints[*j].name).word == names::Word::Part(part);
-            largest(&mut all().filter(earnest).filter(named))
-        }
         _ => None,
     };
     preferred.or_else(|| largest(&mut all())).map_or(0, |j| j as u32)

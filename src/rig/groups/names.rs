@@ -7,10 +7,8 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum BodyPart {
-    /// Pelvis and the lower spine.
-    Pelvis,
-    /// The upper spine, clavicles and breasts.
-    Chest,
+    /// Pelvis, spine, clavicles and breasts.
+    Trunk,
     /// The neck.
     Neck,
     /// Head and face.
@@ -33,8 +31,7 @@ impl BodyPart {
     /// The name of the part's field group, without its side.
     pub fn name(self) -> &'static str {
         match self {
-            BodyPart::Pelvis => "pelvis",
-            BodyPart::Chest => "chest",
+            BodyPart::Trunk => "trunk",
             BodyPart::Neck => "neck",
             BodyPart::Head => "head",
             BodyPart::UpperArm => "upperarm",
@@ -53,15 +50,14 @@ impl BodyPart {
 
     /// Whether the part lies on the body's middle and has no side.
     pub fn is_middle(self) -> bool {
-        matches!(self, BodyPart::Pelvis | BodyPart::Chest | BodyPart::Neck | BodyPart::Head)
+        matches!(self, BodyPart::Trunk | BodyPart::Neck | BodyPart::Head)
     }
 
     /// The part that this one hangs on.
     pub fn above(self) -> Option<BodyPart> {
         match self {
-            BodyPart::Pelvis => None,
-            BodyPart::Chest | BodyPart::Thigh => Some(BodyPart::Pelvis),
-            BodyPart::Neck | BodyPart::UpperArm => Some(BodyPart::Chest),
+            BodyPart::Trunk => None,
+            BodyPart::Thigh | BodyPart::Neck | BodyPart::UpperArm => Some(BodyPart::Trunk),
             BodyPart::Head => Some(BodyPart::Neck),
             BodyPart::Forearm => Some(BodyPart::UpperArm),
             BodyPart::Hand => Some(BodyPart::Forearm),
@@ -143,8 +139,8 @@ const ALONE: &[(&str, Word)] = &[
     ("little", Word::Part(BodyPart::Hand)),
     ("ball", Word::Part(BodyPart::Foot)),
     ("radius", Word::Part(BodyPart::Forearm)),
-    ("rib", Word::Part(BodyPart::Chest)),
-    ("ribs", Word::Part(BodyPart::Chest)),
+    ("rib", Word::Part(BodyPart::Trunk)),
+    ("ribs", Word::Part(BodyPart::Trunk)),
     ("body", Word::Spine),
     ("back", Word::Spine),
     ("arms", Word::Arm),
@@ -189,16 +185,16 @@ const INSIDE: &[(&str, Word)] = &[
     ("skull", Word::Part(BodyPart::Head)),
     ("jaw", Word::Part(BodyPart::Head)),
     ("tongue", Word::Part(BodyPart::Head)),
-    ("clavicle", Word::Part(BodyPart::Chest)),
-    ("collar", Word::Part(BodyPart::Chest)),
-    ("scapula", Word::Part(BodyPart::Chest)),
-    ("chest", Word::Part(BodyPart::Chest)),
-    ("thorax", Word::Part(BodyPart::Chest)),
-    ("breast", Word::Part(BodyPart::Chest)),
-    ("pectoral", Word::Part(BodyPart::Chest)),
+    ("clavicle", Word::Part(BodyPart::Trunk)),
+    ("collar", Word::Part(BodyPart::Trunk)),
+    ("scapula", Word::Part(BodyPart::Trunk)),
+    ("chest", Word::Part(BodyPart::Trunk)),
+    ("thorax", Word::Part(BodyPart::Trunk)),
+    ("breast", Word::Part(BodyPart::Trunk)),
+    ("pectoral", Word::Part(BodyPart::Trunk)),
     ("shoulder", Word::Shoulder),
-    ("pelvis", Word::Part(BodyPart::Pelvis)),
-    ("hips", Word::Part(BodyPart::Pelvis)),
+    ("pelvis", Word::Part(BodyPart::Trunk)),
+    ("hips", Word::Part(BodyPart::Trunk)),
     ("spine", Word::Spine),
     ("abdomen", Word::Spine),
     ("waist", Word::Spine),
@@ -248,7 +244,7 @@ pub(super) fn read(name: &str) -> Reading {
     reading.word = match (inside, alone) {
         // A hip with a side is the joint of a thigh.
         _ if joined == "hip" || joined == "hipjoint" => {
-            Word::Part(if reading.side.is_some() { BodyPart::Thigh } else { BodyPart::Pelvis })
+            Word::Part(if reading.side.is_some() { BodyPart::Thigh } else { BodyPart::Trunk })
         }
         (Some(&(_, Word::Arm | Word::Leg)), Some(&(_, word))) => word,
         (Some(&(_, word)), _) | (None, Some(&(_, word))) => word,
@@ -301,8 +297,8 @@ mod tests {
             ("Skeleton_arm_joint_L__4_", Word::Arm, Some(Side::Left)),
             ("leg_joint_R_1", Word::Leg, Some(Side::Right)),
             ("L_Hip", part(BodyPart::Thigh), Some(Side::Left)),
-            ("Hips", part(BodyPart::Pelvis), None),
-            ("pelvis.L", part(BodyPart::Pelvis), Some(Side::Left)),
+            ("Hips", part(BodyPart::Trunk), None),
+            ("pelvis.L", part(BodyPart::Trunk), Some(Side::Left)),
             ("shoulder01.R", Word::Shoulder, Some(Side::Right)),
             ("Ring1.L", part(BodyPart::Hand), Some(Side::Left)),
             ("lefthand", part(BodyPart::Hand), Some(Side::Left)),

@@ -2,7 +2,6 @@
 
 use super::names::{self, BodyPart, Reading, Side, Word};
 use crate::rig::Character;
-use glam::Vec3;
 
 /// What decides the group of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,16 +12,12 @@ pub(super) enum Key {
     Own(u32),
 }
 
-/// Share of the way from hips to shoulders below which a spine bone's middle belongs to the pelvis.
-const LOWER_SPINE: f32 = 1.0 / 3.0;
-
 /// Key of every joint; `None` for joints that move no vertex and that no name places.
 pub(super) fn keys(character: &Character) -> Vec<Option<Key>> {
     let joints = &character.joints;
     let readings: Vec<Reading> = joints.iter().map(|j| names::read(&j.name)).collect();
     let weight = weights(character);
     let mut keys: Vec<Option<Key>> = vec![None; joints.len()];
-    let mut spine = vec![false; joints.len()];
     for j in 0..joints.len() {
         let reading = &readings[j];
         if weight[j] == 0.0 && (reading.control || below_control(character, &readings, j)) {
@@ -37,10 +32,7 @@ pub(super) fn keys(character: &Character) -> Vec<Option<Key>> {
             (Some(Key::Body(part, _)), _) if part.is_end() => Some(part),
             (_, Word::Part(part)) => Some(part),
             (_, Word::Shoulder) => Some(shoulder(character, &readings, j)),
-            (_, Word::Spine) => {
-                spine[j] = true;
-                Some(BodyPart::Pelvis)
-            }
+            (_, Word::Spine) => Some(BodyPart::Trunk),
             (above, Word::Arm) => Some(next_in_chain(above, reading, ARM)),
             (above, Word::Leg) => Some(next_in_chain(above, reading, LEG)),
             (_, Word::Unknown) => None,
@@ -51,9 +43,8 @@ pub(super) fn keys(character: &Character) -> Vec<Option<Key>> {
             None => None,
         };
     }
-    name_roots(character, &mut keys, &mut spine);
+    name_roots(character, &mut keys);
     name_head(character, &mut keys);
-    split_spine(character, &mut keys, &spine);
     keys
 }
 
@@ -100,25 +91,23 @@ fn shoulder(character: &Character, readings: &[Reading], j: usize) -> BodyPart {
         below[k]
     });
     let first_below = next.find_map(|k| match readings[k].word {
-        Word::Part(BodyPart::UpperArm) | Word::Arm => Some(BodyPart::Chest),
+        Word::Part(BodyPart::UpperArm) | Word::Arm => Some(BodyPart::Trunk),
         Word::Part(BodyPart::Forearm) => Some(BodyPart::UpperArm),
         _ => None,
     });
-    first_below.unwrap_or(BodyPart::Chest)
+    first_below.unwrap_or(BodyPart::Trunk)
 }
 
 /// A skin-moving joint of unknown name above the trunk belongs to the trunk.
-fn name_roots(character: &Character, keys: &mut [Option<Key>], spine: &mut [bool]) {
+fn name_roots(character: &Character, keys: &mut [Option<Key>]) {
     for j in (0..keys.len()).rev() {
-        let trunk = |k: usize| matches!(keys[k], Some(Key::Body(BodyPart::Pelvis | BodyPart::Chest, _)));
+        let trunk = |k: usize| matches!(keys[k], Some(Key::Body(BodyPart::Trunk, _)));
         let child = |k: &usize| character.joints[*k].parent == Some(j as u32) && trunk(*k);
         if !matches!(keys[j], Some(Key::Own(_))) {
             continue;
         }
-        let found = (j + 1..keys.len()).filter(child).min_by_key(|&k| spine[k]);
-        if let Some(k) = found {
+        if let Some(k) = (j + 1..keys.len()).find(child) {
             keys[j] = keys[k];
-            spine[j] = spine[k];
         }
     }
 }
@@ -133,41 +122,4 @@ fn name_head(character: &Character, keys: &mut [Option<Key>]) {
     if let Some(j) = (0..keys.len()).rev().find(|&j| is(&keys[j], BodyPart::Neck) && leaf(j)) {
         keys[j] = Some(Key::Body(BodyPart::Head, None));
     }
-}
-
-/// Gives every spine joint to pelvis or chest by the height of its bone's middle between hips and shoulders.
-fn split_spine(character: &Character, keys: &mut [Option<Key>], spine: &[bool]) {
-    let position = |j: usize| character.joints[j].bind().w_axis.truncate();
-    let middle_of = |part: BodyPart| {
-        let top = |j: &usize| {
-            matches!(keys[*j], Some(Key::Body(p, _)) if p == part)
-                && character.joints[*j].parent.is_none_or(|p| keys[p as usize] != keys[*j])
-        };
-        mean((0..keys.len()).filter(top).map(position))
-    };
-    let hips = middle_of(BodyPart::Thigh);
-    let shoulders = middle_of(BodyPart::UpperArm).or_else(|| middle_of(BodyPart::Neck));
-    let (Some(hips), Some(shoulders)) = (hips, shoulders.or_else(|| middle_of(BodyPart::Head))) else { return };
-    let up = (shoulders - hips) / (shoulders - hips).length_squared();
-    let share = |p: Vec3| (p - hips).dot(up);
-    let trunk = |k: usize| {
-        matches!(keys[k], Some(Key::Body(BodyPart::Pelvis | BodyPart::Chest | BodyPart::Neck | BodyPart::Head, _)))
-    };
-    let chest: Vec<usize> = (0..keys.len())
-        .filter(|&j| spine[j])
-        .filter(|&j| {
-            let children = (0..keys.len()).filter(|&k| character.joints[k].parent == Some(j as u32) && trunk(k));
-            let end = mean(children.map(position)).unwrap_or(position(j));
-            share((position(j) + end) * 0.5) > LOWER_SPINE
-        })
-        .collect();
-    for j in chest {
-        keys[j] = Some(Key::Body(BodyPart::Chest, None));
-    }
-}
-
-/// Mean of points; `None` of none.
-fn mean(points: impl Iterator<Item = Vec3>) -> Option<Vec3> {
-    let (sum, count) = points.fold((Vec3::ZERO, 0), |(sum, count), p| (sum + p, count + 1));
-    (count > 0).then(|| sum / count as f32)
 }

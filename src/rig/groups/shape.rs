@@ -34,6 +34,8 @@ struct Junction {
 /// A group's bone and patch at rest.
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
+    /// The joint that the bone starts with.
+    pub joint: u32,
     /// Where the bone starts, metres.
     pub start: DVec3,
     /// Unit vector along the bone.
@@ -108,7 +110,8 @@ impl Shape {
         let group = &groups.groups[g as usize];
         let vertices: Vec<u32> = (0..groups.owner.len() as u32).filter(|&v| groups.owner[v as usize] == g).collect();
         let points: Vec<DVec3> = vertices.iter().map(|&v| character.positions_rest[v as usize].as_dvec3()).collect();
-        let start = joint_position(character, first_joint(character, groups, g));
+        let joint = first_joint(character, groups, g);
+        let start = joint_position(character, joint);
         let children: Vec<u32> = groups.children(g).collect();
         let towards =
             main_child(groups, g, &children).map(|c| joint_position(character, first_joint(character, groups, c)));
@@ -133,6 +136,7 @@ impl Shape {
         let single = children.len() == 1;
         let arm = group.part == Some(BodyPart::UpperArm);
         Shape {
+            joint,
             start,
             axis,
             length,
@@ -233,8 +237,7 @@ fn first_joint(character: &Character, groups: &FieldGroups, g: u32) -> u32 {
 fn main_child(groups: &FieldGroups, g: u32, children: &[u32]) -> Option<u32> {
     let part = |c: u32| groups.groups[c as usize].part;
     let next: &[BodyPart] = match part(g) {
-        Some(BodyPart::Pelvis) => &[BodyPart::Chest, BodyPart::Neck, BodyPart::Head],
-        Some(BodyPart::Chest) => &[BodyPart::Neck, BodyPart::Head],
+        Some(BodyPart::Trunk) => &[BodyPart::Neck, BodyPart::Head],
         Some(BodyPart::Neck) => &[BodyPart::Head],
         Some(BodyPart::UpperArm) => &[BodyPart::Forearm, BodyPart::Hand],
         Some(BodyPart::Forearm) => &[BodyPart::Hand],

@@ -6,7 +6,7 @@ use crate::{
     error::MuscleError,
     field::muscle::{MuscleInput, MuscleRest, Profile},
     math::{transform_point, transform_vector},
-    rig::{Character, FieldGroups, nearest::nearest},
+    rig::{Character, FieldGroups, groups::BodyPart, nearest::nearest},
 };
 use glam::{Mat4, Vec3};
 
@@ -23,7 +23,8 @@ const SAME_FIBRE: f32 = 1e-5;
 pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -> Result<Vec<MuscleRest>, MuscleError> {
     let joint = |role, bone: &str| find_bone(spec, character, role, bone);
     let (from, to) = (joint("origin", &spec.origin.bone)?, joint("insertion", &spec.insertion.bone)?);
-    let group = groups.group_of_joint[joint("field", &spec.bone)?];
+    let bone = joint("field", &spec.bone)?;
+    let group = groups.group_of_joint[bone];
     if group == u32::MAX {
         return Err(MuscleError::NoField { muscle: spec.name.clone(), bone: spec.bone.clone() });
     }
@@ -46,10 +47,18 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
             insertion_joint: to as u32,
             group,
             segments: spec.segments,
+            joint: frame_joint(groups, group, bone as u32),
             ..MuscleRest::default()
         })
     };
     origins.into_iter().zip(insertions).map(|(o, i)| fibre(o, i)).collect()
+}
+
+/// The joint in whose space at rest a muscle of a group is shaped: the group's own, and in a trunk, whose joints bend it,
+/// the muscle's.
+fn frame_joint(groups: &FieldGroups, group: u32, bone: u32) -> u32 {
+    let own = &groups.groups[group as usize];
+    if own.part == Some(BodyPart::Trunk) { bone } else { own.joint }
 }
 
 /// A muscle's input in its rest shape, activation 0.

@@ -1,25 +1,26 @@
-//! Vertices to their rest iso-value; twin [`crate::tracking::march`].
+//! One step towards the rest iso-values; twin [`crate::tracking::march`].
 
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
     field::{
-        GroupGrid,
-        evaluate::GroupFrame,
+        Fold, GroupGrid,
+        evaluate::{GroupFrame, Place},
         muscle::{AxisPoint, MuscleFrame},
     },
-    rig::VertexTarget,
+    rig::{Role, VertexTarget},
     schedule::KernelId,
-    tracking::{self, MarchParams, MarchReport, StopReason},
+    tracking::{self, StopReason, Track, TrackParams},
 };
 
 pub(super) const KERNEL: Kernel = Kernel {
-    id: KernelId::March,
-    stem: "march",
-    source: include_str!("../../shaders/kernels/march.wgsl"),
+    id: KernelId::TrackMarch,
+    stem: "track_march",
+    source: include_str!("../../shaders/kernels/track_march.wgsl"),
     parts: &[
         source::DISPATCH,
         source::MATH,
         source::TRANSFER,
+        source::FOLD,
         source::NEAREST,
         source::PROFILE,
         source::MUSCLE,
@@ -31,12 +32,11 @@ pub(super) const KERNEL: Kernel = Kernel {
     structs: STRUCTS,
     constants: &[
         ("MIN_GRADIENT_SQUARED", tracking::MIN_GRADIENT_SQUARED as f64),
-        ("INFINITE_GAP", tracking::INFINITE_GAP as f64),
-        ("STOP_PASSIVE", StopReason::Passive as u32 as f64),
+        ("ROLE_ACTIVE", Role::Active as u32 as f64),
         ("STOP_CONVERGED", StopReason::Converged as u32 as f64),
         ("STOP_NO_GRADIENT", StopReason::NoGradient as u32 as f64),
-        ("STOP_PIT", StopReason::Pit as u32 as f64),
-        ("STOP_STEP_LIMIT", StopReason::StepLimit as u32 as f64),
+        ("STOP_SHORT", StopReason::Short as u32 as f64),
+        ("STOP_PRESSED", StopReason::Pressed as u32 as f64),
         ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
     ],
     bindings: BINDINGS,
@@ -46,13 +46,15 @@ pub(super) const KERNEL: Kernel = Kernel {
 };
 
 const STRUCTS: &[SharedStruct] = &[
-    shared::<MarchParams>(),
+    shared::<TrackParams>(),
+    shared::<Fold>(),
     shared::<GroupGrid>(),
     shared::<GroupFrame>(),
+    shared::<Place>(),
     shared::<AxisPoint>(),
     shared::<MuscleFrame>(),
     shared::<VertexTarget>(),
-    shared::<MarchReport>(),
+    shared::<Track>(),
 ];
 
 const BINDINGS: &[Binding] = &[
@@ -62,7 +64,7 @@ const BINDINGS: &[Binding] = &[
     read("muscles"),
     read("axes"),
     read("targets"),
-    read("skinned"),
-    write("tracked"),
-    write("reports"),
+    read("places"),
+    write("positions"),
+    write("tracks"),
 ];

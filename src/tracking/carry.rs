@@ -1,0 +1,102 @@
+//! Where the tracker starts in a sub-pose, and what of it goes to the copies at seams. Twins of the kernels `track_carry`,
+//! `track_place` and `track_spread`.
+
+use super::{StopReason, Track, TrackJoint, TrackParams, Way, point};
+use crate::{
+    field::evaluate::Place,
+    math::{affine_inverse, smoothstep, transform_point},
+    rig::{Influence, NO_JOINT, Reach, Role, VertexTarget},
+};
+use glam::{Mat4, Vec4, Vec4Swizzles};
+use rayon::prelude::*;
+
+/// Vertices per parallel task: fixed, so that the same input is cut the same way everywhere.
+pub(super) const CHUNK: usize = 256;
+
+/// What [`carry`] reads: one character at one sub-pose.
+#[derive(Clone, Copy)]
+pub struct CarryInput<'a> {
+    /// Joints at the sub-pose.
+    pub joints: &'a [TrackJoint],
+    /// Positions at rest.
+    pub positions_rest: &'a [Vec4],
+    /// Where each vertex's influences begin; one longer than the vertices.
+    pub offsets: &'a [u32],
+    /// Influences of all vertices.
+    pub influences: &'a [Influence],
+    /// Targets of all vertices.
+    pub targets: &'a [VertexTarget],
+}
+
+/// Carries every vertex on from the sub-pose before, by its joints' motion blended linearly, and draws it to where linear
+/// skinning from the rest pose has it: wholly where it is passive, by the anchor where nothing presses it (prototypes 3).
+pub fn carry(params: &TrackParams, way: &Way, input: &CarryInput, positions: &mut [Vec4], tracks: &mut [Track]) {
+    let chunks = positions.par_chunks_mut(CHUNK).zip(tracks.par_chunks_mut(CHUNK)).enumerate();
+    chunks.for_each(|(chunk, (positions, tracks))| {
+        for (k, (position, track)) in positions.iter_mut().zip(tracks).enumerate() {
+            carry_one(params.anchor * way.turn, input, chunk * CHUNK + k, position, track);
+        }
+    });
+}
+
+fn carry_one(anchor: f32, input: &CarryInput, vertex: usize, position: &mut Vec4, track: &mut Track) {
+    let target = &input.targets[vertex];
+    if target.role == Role::Copy as u32 {
+        return;
+    }
+    let (mut matrix, mut carry) = (Mat4::ZERO, Mat4::ZERO);
+    for influence in &input.influences[input.offsets[vertex] as usize..input.offsets[vertex + 1] as usize] {
+        let joint = &input.joints[influence.joint as usize];
+        matrix += joint.matrix * influence.weight;
+        carry += joint.carry * influence.weight;
+    }
+    let linear = transform_point(&matrix, point(&input.positions_rest[vertex]));
+    let broken = track.stop == StopReason::NonFinite as u32;
+    (track.runs, track.passes, track.stop) = (1, 0, 0);
+    if target.role == Role::Passive as u32 || broken {
+        *position = linear.extend(1.0);
+        return;
+    }
+    let p = point(position);
+    let carried = p + transform_point(&carry, p);
+    let drawn = carried + (linear - carried) * (anchor * (1.0 - track.contact));
+    *position = drawn.extend(1.0);
+}
+
+/// The frames through which vertices see the groups of their reaches: joints blended, and drawn to another one's beside
+/// hips and opening shoulders (prototypes 5). One place per reach.
+pub fn place(joints: &[TrackJoint], reaches: &[Reach], blends: &[Influence], places: &mut [Place]) {
+    places.par_chunks_mut(CHUNK).zip(reaches.par_chunks(CHUNK)).for_each(|(places, reaches)| {
+        for (place, reach) in places.iter_mut().zip(reaches) {
+            *place = place_one(joints, reach, blends);
+        }
+    });
+}
+
+fn place_one(joints: &[TrackJoint], reach: &Reach, blends: &[Influence]) -> Place {
+    let mut matrix = Mat4::ZERO;
+    for influence in &blends[reach.blend_begin as usize..reach.blend_end as usize] {
+        matrix += joints[influence.joint as usize].matrix * influence.weight;
+    }
+    if reach.other != NO_JOINT {
+        let mut share = reach.share;
+        if reach.gate != NO_JOINT {
+            let swing = joints[reach.gate as usize].swing;
+            let towards = reach.side.xyz().dot(swing.xyz());
+            share *= smoothstep((OPEN_FROM - towards) / OPEN_RANGE) * swing.w;
+        }
+        matrix += (joints[reach.other as usize].matrix - matrix) * share;
+    }
+    Place { to_rest: affine_inverse(&matrix).0, group: reach.group, limit: reach.limit, ..Place::default() }
+}
+
+/// Cosine between a vertex's side of a shoulder and the arm's swing under which the shoulder opens there, and the range
+/// over which it does.
+pub(crate) const OPEN_FROM: f32 = 0.2;
+/// See [`OPEN_FROM`].
+pub(crate) const OPEN_RANGE: f32 = 0.6;
+
+/// The positions of all vertices, from those of the first copies.
+pub fn spread(targets: &[VertexTarget], positions: &[Vec4], tracked: &mut [Vec4]) {
+    tracked.iter_mut().zip(targets).for_each(|(out, target)| *out = positions[target.copy_of as usize]);
+}
