@@ -13,6 +13,7 @@ use sinew::error::OutputError;
 use sinew::io::atomic::FileSet;
 use sinew::io::{obj, pc2};
 use sinew::rig::{Character, Rig};
+use sinew::schedule::Skinning;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
