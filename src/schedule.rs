@@ -209,8 +209,13 @@ pub struct Step {
 impl Step {
     /// Whether it moves or shapes muscles, rather than skin. These steps alone carry a motion from frame to frame.
     pub fn is_of_muscles(&self) -> bool {
-        use KernelId::{JointStep, MusclePredict, MuscleProject, MuscleShape};
-        matches!(self.kernel, JointStep | MusclePredict | MuscleProject | MuscleShape)
+        self.moves() || self.kernel == KernelId::MuscleShape
+    }
+
+    /// Whether it moves muscles.
+    pub fn moves(&self) -> bool {
+        use KernelId::{JointStep, MusclePredict, MuscleProject};
+        matches!(self.kernel, JointStep | MusclePredict | MuscleProject)
     }
 }
 
