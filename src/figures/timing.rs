@@ -167,16 +167,12 @@ mod on_device {
     use crate::dynamics::{Bodies, Simulation};
     use crate::gpu::{Batch, Headless, Kernels, Output, RigBuffers, readback};
     use crate::rig::FrameInputs;
-    use crate::schedule::{FrameOptions, KernelId, Step};
+    use crate::schedule::{FrameOptions, Step};
 
     /// A device with its kernels.
     pub struct Bench<'a> {
         headless: &'a Headless,
         kernels: Kernels,
-    }
-
-    fn is_of_dynamics(step: &Step) -> bool {
-        matches!(step.kernel, KernelId::JointStep | KernelId::MusclePredict | KernelId::MuscleProject)
     }
 
     impl<'a> Bench<'a> {
@@ -196,11 +192,11 @@ mod on_device {
             for (frame, pose) in case.poses.iter().take(WARM + MEASURED).enumerate() {
                 batch.set_pose(queue, 0, pose)?;
                 let start = Instant::now();
-                self.headless.run(|encoder| batch.encode_where(encoder, None, is_of_dynamics))?;
+                self.headless.run(|encoder| batch.encode_where(encoder, None, Step::moves))?;
                 let moved = since(start);
                 let start = Instant::now();
                 // Shapes at least: the axes are read by the next frame's prediction.
-                let wanted = |step: &Step| !is_of_dynamics(step) && (with_skin || step.is_of_muscles());
+                let wanted = |step: &Step| !step.moves() && (with_skin || step.is_of_muscles());
                 self.headless.run(|encoder| batch.encode_where(encoder, None, wanted))?;
                 if frame >= WARM {
                     log.dynamics.push(moved);
