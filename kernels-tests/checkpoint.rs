@@ -39,7 +39,7 @@ impl Arm {
     /// Plays a frame, or its muscles alone.
     fn play(&self, gpu: &Gpu, instance: &mut Instance, frame: u32, whole: bool) {
         instance.set_pose(&gpu.queue, &self.pose(frame)).expect("a pose");
-        gpu.submit(|encoder| instance.batch().encode_where(encoder, None, |step| whole || step.is_of_muscles()));
+        gpu.submit(|encoder| instance.batch().encode_where(encoder, None, |step| whole || step.is_of_motion()));
     }
 
     /// Bits of the vertices of the last of some frames, those before it played whole or their muscles alone.
@@ -61,7 +61,7 @@ fn frames_whose_skin_is_left_out_hand_on_the_same_motion() {
     played.reset();
     assert!(arm.last(&gpu, &mut played, 0..=20, true) == whole, "after a reset");
     assert!(arm.last(&gpu, &mut arm.instance(&gpu), 20..=20, true) != whole, "the motion must be seen");
-    assert!(played.batch().steps().iter().any(Step::is_of_muscles));
+    assert!(played.batch().steps().iter().any(Step::is_of_motion));
 }
 
 #[test]

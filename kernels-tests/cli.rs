@@ -7,6 +7,7 @@ mod muscle_meshes;
 mod muscle_plots;
 mod muscles;
 mod outputs;
+mod parity;
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};

@@ -213,10 +213,15 @@ fn broken() -> Vec<(&'static str, Crowd)> {
     ]
 }
 
+/// Substeps a second: as usual, one of a second, and as short as a number says.
+const RATES: [u32; 3] = [240, 1, u32::MAX];
+
 #[test]
 fn nothing_that_is_not_finite_leaves() {
-    for (name, start) in broken() {
+    let sound = ("sound", Crowd::new(8, 1, None, 75));
+    for ((name, start), rate) in broken().into_iter().chain([sound]).flat_map(|b| RATES.map(|rate| (b.clone(), rate))) {
         for (solver, options) in options() {
+            let options = DynamicsOptions { rate, ..options };
             let mut ours = start.clone();
             let mut theirs = start.clone();
             for turn in 0..3 {
@@ -234,7 +239,10 @@ fn nothing_that_is_not_finite_leaves() {
                         };
                         let bad = crowd.particles.iter().position(|p| !sound(p));
                         let bad = bad.map(|i| crowd.particles[i]);
-                        assert!(bad.is_none(), "{name}, {solver}, {side}, turn {turn}, outer {outer}: {bad:?}");
+                        assert!(
+                            bad.is_none(),
+                            "{name}, {rate} Hz, {solver}, {side}, turn {turn}, outer {outer}: {bad:?}"
+                        );
                     }
                 }
             }

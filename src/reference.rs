@@ -122,25 +122,34 @@ impl<'a> Reference<'a> {
         self.play_where(motion, pose, options, Trace::default(), Step::is_of_motion)
     }
 
-    /// Plays the chosen steps of the next frame.
-    fn play_where(
+    /// Shapes the muscles of a frame again, on the axes that `motion` has now, and the skin with them: so that what
+    /// follows from another side's muscles can be judged by itself. The skin of `motion` is that of the frame before, and
+    /// `trace` is the frame's, played last.
+    ///
+    /// # Errors
+    /// As [`Reference::next`].
+    pub fn reshape(
         &self,
         motion: &mut Motion,
         pose: &Pose,
         options: &FrameOptions,
-        mut trace: Trace,
-        chosen: impl Fn(&Step) -> bool,
-    ) -> Result<Trace, PoseError> {
+        trace: &mut Trace,
+    ) -> Result<(), PoseError> {
         let inputs = FrameInputs::new(self.rig, pose)?;
-        let counts = counts(self.rig);
-        let turns = match (&mut motion.simulation, counts.dynamics(options)) {
-            (Some(simulation), Some(dynamics)) => simulation.begin(&inputs, pose.time.into(), &dynamics),
-            _ => 0,
-        };
-        let mut under_way = UnderWay::default();
-        if let Some(skin) = &mut motion.skin {
-            (under_way.way, under_way.sub_poses) = skin.path.advance(self.rig, pose, &options.track);
+        let mut under_way = self.lead(motion, pose, options);
+        let steps = trace.steps.clone();
+        for step in steps.iter().filter(|step| !step.moves()) {
+            self.play(step, &inputs, options, motion, &mut under_way, trace);
         }
+        if let Some(skin) = &motion.skin {
+            trace.tracks.clone_from(&skin.tracks);
+        }
+        Ok(())
+    }
+
+    /// The sub-poses that lead a motion's skin to a pose.
+    fn lead(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> UnderWay {
+        let mut under_way = self.lead(motion, pose, options);
         trace.steps = schedule::frame(&counts, options, turns, under_way.way.count);
         trace.steps.retain(chosen);
         for step in trace.steps.clone() {
@@ -212,8 +221,9 @@ impl<'a> Reference<'a> {
                 normals::from_faces(&fans, positions, &mut trace.normals);
             }
             KernelId::JointStep | KernelId::MusclePredict | KernelId::MuscleProject => {
-                if let (Some(simulation), Some(dynamics)) = (&mut motion.simulation, &options.dynamics) {
-                    let params = DynamicsParams::new(&counts(rig), 1, counts(rig).joints, dynamics, step.outer);
+                let counts = counts(rig);
+                if let (Some(simulation), Some(dynamics)) = (&mut motion.simulation, counts.dynamics(options)) {
+                    let params = DynamicsParams::new(&counts, 1, counts.joints, &dynamics, step.outer);
                     match step.kernel {
                         KernelId::JointStep => simulation.step_joints(step.carries),
                         KernelId::MusclePredict => simulation.predict(&params, inputs),
@@ -369,5 +379,24 @@ mod tests {
         assert!(play(0..12) == expected && play(4..9) == expected);
         let passed = play(0..13);
         assert!((passed.muscles == expected.muscles) && passed.tracked.is_empty() && passed.skinned.is_empty());
+    }
+
+    #[test]
+    fn a_frame_is_shaped_again_on_other_axes() {
+        let (scene, rig, options) = arm();
+        let reference = Reference::new(&rig);
+        let mut motion = Motion::new(&rig, &options);
+        let expected = reference.next(&mut motion, &pose(&scene, 0), &options).expect("a frame");
+        let mut trace = expected.clone();
+        let mut again = |motion: &mut Motion| {
+            reference.reshape(motion, &pose(&scene, 0), &options, &mut trace).expect("a frame");
+            trace.clone()
+        };
+        assert!(again(&mut motion) == expected, "the same axes");
+        let simulation = motion.simulation.as_mut().expect("dynamics");
+        simulation.iterates[20] += Vec4::new(0.0, 0.0, 0.01, 0.0);
+        let other = again(&mut motion);
+        assert!(other.axes != expected.axes && other.tracked != expected.tracked, "an axis a centimetre off");
+        assert!(other.particles == expected.particles && other.skinned == expected.skinned);
     }
 }

@@ -274,6 +274,12 @@ impl Step {
         use KernelId::{Normals, SkinDualQuaternion, SkinLinear, TrackSpread};
         !matches!(self.kernel, Normals | SkinDualQuaternion | SkinLinear | TrackSpread)
     }
+
+    /// Whether it moves muscles.
+    pub fn moves(&self) -> bool {
+        use KernelId::{JointStep, MusclePredict, MuscleProject};
+        matches!(self.kernel, JointStep | MusclePredict | MuscleProject)
+    }
 }
 
 /// Sizes of a rig that a schedule depends on.

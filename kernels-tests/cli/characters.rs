@@ -152,22 +152,6 @@ fn damaged_characters_are_baked_or_refused_in_one_line() {
 }
 
 #[test]
-fn parity_of_a_human_is_in_tolerance() {
-    let Some(data) = data() else { return };
-    if skip_gpu() {
-        return;
-    }
-    let output = sinew()
-        .args(["parity", "--clip", "walk", "--json"])
-        .arg(data.join("humans/mh_male_athletic.glb"))
-        .output()
-        .expect("runs");
-    let found: serde_json::Value = serde_json::from_str(&printed(&output)).expect("JSON");
-    assert_eq!(found["frames"].as_array().map(Vec::len), Some(10));
-    assert_eq!(found["pass"], true, "{found}");
-}
-
-#[test]
 fn the_smallest_characters_have_their_own_number_of_vertices_on_the_gpu() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().expect("a folder");

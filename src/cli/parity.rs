@@ -23,8 +23,10 @@ mod on_device {
     use crate::print;
     use crate::progress::Progress;
     use serde::Serialize;
-    use sinew::parity::{CpuResult, StageReport, compare, stop_counts};
-    use sinew::reference::{Motion, Reference};
+    use sinew::dynamics::Particle;
+    use sinew::field::muscle::AxisPoint;
+    use sinew::parity::{self, CpuResult, StageReport, compare, stop_counts};
+    use sinew::reference::{Motion, Reference, Trace};
     use sinew::rig::Pose;
     use sinew::schedule::{FrameOptions, Skinning};
     use std::fmt::Write;
@@ -82,7 +84,7 @@ mod on_device {
         for &number in &numbers {
             let pose = playback.pose(number, &mut both)?;
             let gpu = both.device.stages(&pose)?;
-            let trace = both.reference.next(&mut both.motion, &pose, &options).map_err(Failure::input)?;
+            let trace = both.next(&pose)?;
             let stages = compare(&gpu, CpuResult(&trace), scene.character.height_rest());
             if compared.stages.is_empty() {
                 compared.stages = stages;
@@ -91,10 +93,7 @@ mod on_device {
                     all.merge(one);
                 }
             }
-            // Each frame goes on from one state, so that its figures are those of one frame.
-            if let Some(simulation) = &mut both.motion.simulation {
-                simulation.resume(&gpu.particles, &gpu.axes);
-            }
+            both.join(&gpu.particles, &gpu.axes);
             // Added up by frame: the reports of a whole clip would take gigabytes.
             for ((_, all), (_, one)) in compared.stops.iter_mut().zip(stop_counts(&trace.tracks)) {
                 *all += one;
@@ -115,6 +114,35 @@ mod on_device {
         options: FrameOptions,
     }
 
+    impl Both<'_> {
+        /// The reference's next frame, which the device has played already.
+        ///
+        /// Where muscles press on one another, a last bit decides within a frame which of them gives way. What follows
+        /// from their places is then judged on the device's own, and they by themselves.
+        fn next(&mut self, pose: &Pose) -> Result<Trace, Failure> {
+            let skin = self.motion.skin.clone();
+            let mut trace = self.reference.next(&mut self.motion, pose, &self.options).map_err(Failure::input)?;
+            if let Some(simulation) = &mut self.motion.simulation
+                && parity::touching(&trace.particles)
+            {
+                let iterates = self.device.shaped()?.iterates;
+                simulation.iterates[..iterates.len()].copy_from_slice(&iterates);
+                self.motion.skin = skin;
+                self.reference.reshape(&mut self.motion, pose, &self.options, &mut trace).map_err(Failure::input)?;
+            }
+            Ok(trace)
+        }
+
+        /// Lets the reference go on from the device's state of this frame. So every frame starts from one state, also those
+        /// between the compared ones: muscles that press on one another magnify rounding errors from frame to frame, and
+        /// the figures are to be those of one frame.
+        fn join(&mut self, particles: &[Particle], axes: &[AxisPoint]) {
+            if let Some(simulation) = &mut self.motion.simulation {
+                simulation.resume(particles, axes);
+            }
+        }
+    }
+
     impl Moves for Both<'_> {
         fn reset(&mut self) {
             self.device.reset();
@@ -126,6 +154,8 @@ mod on_device {
         fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {
             self.device.pass(pose)?;
             self.reference.advance(&mut self.motion, pose, &self.options).map_err(Failure::input)?;
+            let shaped = self.device.shaped()?;
+            self.join(&shaped.particles, &shaped.axes);
             Ok(())
         }
     }

@@ -191,6 +191,12 @@ pub enum PoseError {
         /// Seconds after the clip's start.
         time: f32,
     },
+    /// A time that is not finite: which substeps lead to it is not to be told.
+    #[error("the pose's time is {time} s; give it finite seconds")]
+    Time {
+        /// The time given, seconds.
+        time: f32,
+    },
     /// Activations of another number of muscles.
     #[error("the pose has {given} activations and the muscle file {needed} muscles; give one each, or none")]
     ActivationCount {

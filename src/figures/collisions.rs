@@ -22,6 +22,12 @@ const OVER: f32 = 0.8;
 /// Shares of the humerus's length between which it is over the belly, above the fold of the elbow.
 const BELLY: std::ops::Range<f32> = 0.3..0.7;
 
+/// What collisions should raise the surface by at least, metres, and how many times as high it should be.
+const LEAST_RISE: f32 = 8e-3;
+const LEAST_RATIO: f32 = 1.5;
+/// The quantity that is held to them: how far the skin stands out of itself without muscles, at most.
+const LARGEST: &str = "largest bulge of the skin over the biceps";
+
 fn without_collisions() -> DynamicsOptions {
     DynamicsOptions { contacts: Contacts::NONE, ..DynamicsOptions::default() }
 }
@@ -87,8 +93,9 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
     let of_upper_arm = |v: usize| arm.rig.character.influences_of(v).iter().any(|i| i.joint == joint && i.weight > 0.5);
     let bulges = [1, 2].map(|case| bulge(&seen[0], &seen[case].positions, of_upper_arm, line, toward));
     let note = |case: usize| {
-        let [surface, skin] = [flexed[case], mean(&bulges[case])].map(|metres| metres * 1000.0);
-        format!("biceps at {surface:.1} mm, skin raised {skin:.1} mm")
+        let metres = [flexed[case], mean(&bulges[case]), most(&bulges[case])];
+        let [surface, skin, highest] = metres.map(|metres| metres * 1000.0);
+        format!("biceps {surface:.1} mm, skin up {skin:.1} mm, at most {highest:.1} mm")
     };
     let notes = [String::new(), note(0), note(1)];
     let rises = Rises { flexed, stretched, bone, bulges };
@@ -97,6 +104,10 @@ pub(super) fn figure(headless: &Headless, arm: &Arm) -> Result<Drawn, FigureErro
 
 fn mean(values: &[f32]) -> f32 {
     values.iter().sum::<f32>() / values.len().max(1) as f32
+}
+
+fn most(values: &[f32]) -> f32 {
+    values.iter().copied().fold(0.0, f32::max)
 }
 
 /// How far the biceps and the skin over it rise, metres, in the two cases.
@@ -112,33 +123,46 @@ struct Rises {
 }
 
 impl Rises {
-    /// What "raised so many times" can mean, all of it.
+    /// What "the surface is raised" can mean, all of it. The skin's largest bulge is what [`LEAST_RISE`] and
+    /// [`LEAST_RATIO`] are asked of; the others say by how much they fall short of them.
     fn findings(&self) -> Vec<Finding> {
-        let mut findings = Vec::new();
-        let mut add = |name: String, values: [f32; 2]| {
-            for (value, case) in values.into_iter().zip(CASES) {
-                findings.push(Finding::new(format!("{name}, {case}"), f64::from(value) * 1000.0, "mm"));
-            }
-            let ratio = f64::from(values[1] / values[0].max(1e-9));
-            findings.push(Finding::new(format!("{name}: ratio"), ratio, ""));
-        };
         let swelling = [0, 1].map(|i| self.flexed[i] - self.stretched.get(i).copied().unwrap_or_default());
-        let most = |values: &Vec<f32>| values.iter().copied().fold(0.0, f32::max);
-        add("biceps' surface from the humerus's axis".into(), self.flexed);
-        add("biceps' surface from the humerus's surface".into(), self.flexed.map(|height| height - self.bone));
-        add("rise of the biceps' surface from the stretched arm".into(), swelling);
-        add("mean bulge of the skin over the biceps".into(), self.bulges.each_ref().map(|b| mean(b)));
-        add("largest bulge of the skin over the biceps".into(), self.bulges.each_ref().map(most));
-        let rise = f64::from(self.flexed[1] - self.flexed[0]) * 1000.0;
-        findings.push(Finding::new("rise of the biceps' surface by the bone", rise, "mm"));
-        findings
+        let named = [
+            ("biceps' surface from the humerus's axis", self.flexed),
+            ("biceps' surface from the humerus's surface", self.flexed.map(|height| height - self.bone)),
+            ("biceps' surface from where the stretched arm has it", swelling),
+            ("mean bulge of the skin over the biceps", self.bulges.each_ref().map(|b| mean(b))),
+            (LARGEST, self.bulges.each_ref().map(|b| most(b))),
+        ];
+        named.into_iter().flat_map(|(name, values)| findings(name, values)).collect()
     }
+}
+
+/// What one quantity comes to without collisions and with them, metres.
+fn findings(name: &str, [without, with]: [f32; 2]) -> Vec<Finding> {
+    let (rise, ratio) = (with - without, with / without.max(1e-9));
+    let short = 1.0 - (rise / LEAST_RISE).min(ratio / LEAST_RATIO);
+    let mut findings: Vec<Finding> = [without, with]
+        .into_iter()
+        .zip(CASES)
+        .map(|(value, case)| Finding::new(format!("{name}, {case}"), f64::from(value) * 1000.0, "mm"))
+        .collect();
+    findings.push(Finding::new(format!("{name}: raised by"), f64::from(rise) * 1000.0, "mm"));
+    findings.push(Finding::new(format!("{name}: ratio"), f64::from(ratio), ""));
+    findings.push(Finding::new(
+        format!("{name}: short of 8 mm or 1.5 times by"),
+        f64::from(short.max(0.0)) * 100.0,
+        "%",
+    ));
+    findings
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::motion::{Play, tests::arm};
     use super::*;
+    use crate::reference::{Motion, Reference};
+    use crate::schedule::FrameOptions;
 
     fn height(arm: &Arm, rig: &Rig, options: &DynamicsOptions) -> f32 {
         let poses = flexed(arm);
@@ -159,6 +183,72 @@ mod tests {
         let contacts = Contacts { bones: false, ..Contacts::ALL };
         let through = height(&arm, &arm.rig, &DynamicsOptions { contacts, ..without_collisions() });
         assert!(through - without < 8e-3, "it is the bone that does: {through} {without}");
+    }
+
+    /// The skin in the last of the poses, on the CPU.
+    fn skin(rig: &Rig, poses: &[Pose], dynamics: Option<DynamicsOptions>) -> Seen {
+        let options = FrameOptions { dynamics, ..FrameOptions::default() };
+        let (last, before) = poses.split_last().expect("poses");
+        let reference = Reference::new(rig);
+        let mut motion = Motion::new(rig, &options);
+        let of_rig = |pose: &Pose| match rig.specs.is_empty() {
+            true => Pose { activations: Vec::new(), ..pose.clone() },
+            false => pose.clone(),
+        };
+        for pose in before.iter().filter(|_| dynamics.is_some()) {
+            reference.advance(&mut motion, &of_rig(pose), &options).expect("a frame");
+        }
+        let trace = reference.next(&mut motion, &of_rig(last), &options).expect("a frame");
+        Seen {
+            positions: trace.positions().iter().map(|p| p.xyz()).collect(),
+            normals: trace.normals.iter().map(|n| n.xyz()).collect(),
+            muscles: trace.muscles,
+            axes: trace.axes,
+            particles: trace.particles,
+        }
+    }
+
+    #[test]
+    fn collisions_raise_the_skins_largest_bulge_by_8_mm_and_half_as_high_again() {
+        let arm = arm();
+        let poses = flexed(&arm);
+        let index = muscle(&arm.rig, BICEPS).expect("a biceps");
+        let rest = &arm.rig.muscles[index];
+        let (line, _) = humerus(&arm.rig, poses.last().expect("poses")).expect("a humerus");
+        let bare = Rig::build(arm.rig.character.clone(), &[], &BuildOptions::default()).expect("a rig");
+        let bare = skin(&bare, &poses, None);
+        let seen = skin(&arm.settled, &poses, Some(DynamicsOptions::default()));
+        let own = &seen.particles[rest.first_point as usize..][..=rest.segments as usize];
+        let (_, toward) = farthest(own, line);
+        let highest = |seen: &Seen| {
+            let of_upper_arm = |v: usize| {
+                let mut influences = arm.rig.character.influences_of(v).iter();
+                influences.any(|i| i.joint == rest.origin_joint && i.weight > 0.5)
+            };
+            most(&bulge(&bare, &seen.positions, of_upper_arm, line, toward))
+        };
+        let value = |values, what: &str| {
+            let found = findings(LARGEST, values);
+            found.iter().find(|f| f.name.ends_with(what)).expect("a finding").value
+        };
+        let without = highest(&skin(&arm.rig, &poses, Some(without_collisions())));
+        let with = [without, highest(&seen)];
+        println!("{LARGEST}: {with:?} m");
+        assert!(value(with, "raised by") >= 8.0 && value(with, "ratio") >= 1.5, "{with:?}");
+        assert_eq!(value(with, "times by"), 0.0);
+        // Without the bone, what else collides does not do it.
+        let contacts = Contacts { bones: false, ..Contacts::ALL };
+        let through = DynamicsOptions { contacts, ..DynamicsOptions::default() };
+        let through = [without, highest(&skin(&arm.rig, &poses, Some(through)))];
+        assert!(value(through, "times by") > 10.0, "it is the bone that does: {through:?}");
+    }
+
+    #[test]
+    fn what_falls_short_says_by_how_much() {
+        let short = |values| findings("x", values).last().expect("findings").value;
+        assert_eq!(short([0.004, 0.013]), 0.0);
+        assert!((short([0.058, 0.072]) - 17.2).abs() < 0.1, "of the ratio: {}", short([0.058, 0.072]));
+        assert!((short([0.0003, 0.0046]) - 46.25).abs() < 0.1, "of the rise: {}", short([0.0003, 0.0046]));
     }
 
     #[test]

@@ -17,6 +17,8 @@ const GAP: u32 = 16;
 /// Metres across the pictures: the whole muscle, and what touches.
 const WHOLE: f32 = 0.34;
 const NEAR: f32 = 0.16;
+/// Gap or overlap, metres, that cannot be seen in them: it is less than a pixel.
+const TOUCHES: f32 = 2e-4;
 /// sRGB of springs and tendons.
 const SPRING: [u8; 3] = [0, 90, 50];
 const TENDON: [u8; 3] = [60, 50, 40];
@@ -98,16 +100,18 @@ fn own<'a>(rig: &Rig, play: &'a Play<'_>, index: usize) -> &'a [Particle] {
     &play.simulation.particles[rest.first_point as usize..][..=rest.segments as usize]
 }
 
-/// The particle outside the tendons that is pushed most by a kind alone; large ones show more, so that less will do.
-fn most_held(rig: &Rig, play: &Play<'_>, kind: Kind) -> Held {
+/// The particle outside the tendons that is pushed most by a kind alone and touches it; large ones show more, so that less
+/// will do.
+fn most_held(moment: &Moment<'_>, kind: Kind) -> Held {
     let mut most = Held { kind, muscle: 0, number: 0, push: 0.0, shows: 0.0 };
-    for muscle in 0..rig.muscles.len() {
-        for (number, particle) in own(rig, play, muscle).iter().enumerate().filter(|(_, p)| p.traits.x >= 1.0) {
+    for muscle in 0..moment.rig.muscles.len() {
+        let own = own(moment.rig, &moment.play, muscle);
+        for (number, particle) in own.iter().enumerate().filter(|(_, p)| p.traits.x >= 1.0) {
             let alone = Kind::ALL.into_iter().all(|other| other == kind || other.push(particle) == 0.0);
             let push = if alone { kind.push(particle) } else { 0.0 };
-            let shows = push * particle.position.w;
-            if shows > most.shows {
-                most = Held { kind, muscle, number, push, shows };
+            let held = Held { kind, muscle, number, push, shows: push * particle.position.w };
+            if held.shows > most.shows && held.contact(moment).1.abs() < TOUCHES {
+                most = held;
             }
         }
     }
@@ -115,20 +119,26 @@ fn most_held(rig: &Rig, play: &Play<'_>, kind: Kind) -> Held {
 }
 
 /// Of all frames of the flexion, the moments at which each kind pushes most.
+///
+/// # Errors
+/// A kind pushes nowhere.
 fn moments<'a>(arm: &Arm, rig: &'a Rig) -> Result<Vec<(Held, Moment<'a>)>, FigureError> {
     let mut play = Play::new(rig, &DynamicsOptions::default());
     let mut found: Vec<(Held, Moment<'a>)> = Vec::new();
     for pose in flexed(arm) {
         play.next(&pose)?;
+        let moment = Moment { rig, pose, play: play.clone() };
         for (i, kind) in Kind::ALL.into_iter().enumerate() {
-            let held = most_held(rig, &play, kind);
-            let moment = || Moment { rig, pose: pose.clone(), play: play.clone() };
+            let held = most_held(&moment, kind);
             match found.get_mut(i) {
-                None => found.push((held, moment())),
-                Some(known) if held.shows > known.0.shows => *known = (held, moment()),
+                None => found.push((held, moment.clone())),
+                Some(known) if held.shows > known.0.shows => *known = (held, moment.clone()),
                 Some(_) => {}
             }
         }
+    }
+    if found.iter().any(|(held, _)| held.push == 0.0) {
+        return Err(Figure::Constraints.lacks("muscles of the built-in arm that touch bone, muscle and skin"));
     }
     Ok(found)
 }
@@ -284,10 +294,8 @@ mod tests {
         let rig = crowded(&arm);
         for (held, mut moment) in moments(&arm, &rig).expect("frames") {
             assert!(held.push > 0.0, "{:?} pushes nothing", held.kind);
-            // Two muscles may share an overlap of some times their play; the others are exact.
-            let bound = if held.kind == Kind::Muscle { 3e-3 } else { 2e-4 };
             let (direction, gap) = held.contact(&moment);
-            assert!(gap.abs() < bound, "{:?}: {gap} m", held.kind);
+            assert!(gap.abs() < TOUCHES, "{:?}: {gap} m", held.kind);
             let first = rig.muscles[held.muscle].first_point as usize;
             let moved = direction.extend(0.0) * 0.005;
             moment.play.simulation.particles[first + held.number].position += moved;

@@ -7,7 +7,7 @@ use super::{Arm, Drawn, Figure, Finding, Stage};
 use crate::dynamics::settle;
 use crate::error::FigureError;
 use crate::rig::{BuildOptions, MuscleSpec, Rig};
-use crate::schedule::DynamicsOptions;
+use crate::schedule::{DynamicsOptions, Solver};
 use std::sync::Arc;
 
 /// Particles of each muscle.
@@ -24,12 +24,12 @@ fn with_particles(arm: &Arm, particles: u32) -> Result<Rig, FigureError> {
     Ok(rig)
 }
 
-/// What measures a case.
-type Measure<'a> = Box<dyn Fn(&Case<'_>) -> Result<Measured, FigureError> + 'a>;
+/// What measures a case, with or without the skin.
+type Measure<'a> = Box<dyn Fn(&Case<'_>, bool) -> Result<Measured, FigureError> + 'a>;
 
 /// Who measures, in words, and how.
 fn machines<'a>(stage: &Stage<'a>) -> Result<Vec<(String, Measure<'a>)>, FigureError> {
-    let cpu: Measure<'a> = Box::new(|case| timing::on_cpu(case, true));
+    let cpu: Measure<'a> = Box::new(timing::on_cpu);
     Ok(std::iter::once((timing::cpu(), cpu)).chain(on_device(stage)?).collect())
 }
 
@@ -37,7 +37,7 @@ fn machines<'a>(stage: &Stage<'a>) -> Result<Vec<(String, Measure<'a>)>, FigureE
 fn on_device<'a>(stage: &Stage<'a>) -> Result<Option<(String, Measure<'a>)>, FigureError> {
     let Some(headless) = stage.device else { return Ok(None) };
     let bench = timing::Bench::new(headless)?;
-    let measure: Measure<'a> = Box::new(move |case| bench.measure(case, true));
+    let measure: Measure<'a> = Box::new(move |case, with_skin| bench.measure(case, with_skin));
     Ok(timing::device(stage).map(|name| (name, measure)))
 }
 
@@ -46,16 +46,27 @@ fn on_device<'a>(_: &Stage<'a>) -> Result<Option<(String, Measure<'a>)>, FigureE
     Ok(None)
 }
 
+/// What was measured for one number of particles.
+struct Times {
+    particles: u32,
+    /// With the default solver, and the skin.
+    whole: Measured,
+    /// With the other solver, and as many iterations.
+    jacobi: Measured,
+}
+
 /// The figure.
 pub(super) fn figure(stage: &Stage<'_>) -> Result<Drawn, FigureError> {
     let arm = Figure::Times.arm(stage)?;
     let machines = machines(stage)?;
-    let mut measured = vec![Vec::new(); machines.len()];
+    let mut measured: Vec<Vec<Times>> = machines.iter().map(|_| Vec::new()).collect();
     for particles in PARTICLES {
         let rig = Arc::new(with_particles(arm, particles)?);
-        let case = Case::new(&rig, &arm.shake, DynamicsOptions::default());
+        let case = |solver| Case::new(&rig, &arm.shake, DynamicsOptions { solver, ..DynamicsOptions::default() });
         for ((_, measure), times) in machines.iter().zip(&mut measured) {
-            times.push((particles, measure(&case)?));
+            let whole = measure(&case(Solver::RedBlack), true)?;
+            let jacobi = measure(&case(Solver::Jacobi), false)?;
+            times.push(Times { particles, whole, jacobi });
         }
     }
     let mut page = Page::new(PANEL[0] * machines.len() as u32, PANEL[1] + NOTE)?;
@@ -63,10 +74,11 @@ pub(super) fn figure(stage: &Stage<'_>) -> Result<Drawn, FigureError> {
     for (column, ((name, _), times)) in (0..).zip(machines.iter().zip(&measured)) {
         let place = Rect { left: column * PANEL[0], top: 0, width: PANEL[0], height: PANEL[1] };
         plot(name, times, &mut page, place)?;
-        for (particles, found) in times {
-            let named = |what: &str| format!("{name}, {particles:2} particles: {what}");
-            findings.push(Finding::new(named("dynamics"), found.dynamics, "ms"));
-            findings.push(Finding::new(named("Implicit Skinning"), found.skin, "ms"));
+        for found in times {
+            let named = |what: &str| format!("{name}, {:2} particles: {what}", found.particles);
+            findings.push(Finding::new(named("dynamics"), found.whole.dynamics, "ms"));
+            findings.push(Finding::new(named("dynamics, jacobi"), found.jacobi.dynamics, "ms"));
+            findings.push(Finding::new(named("Implicit Skinning"), found.whole.skin, "ms"));
         }
     }
     let options = DynamicsOptions::default();
@@ -84,15 +96,16 @@ pub(super) fn figure(stage: &Stage<'_>) -> Result<Drawn, FigureError> {
     Ok(Drawn { image: page.finish(), findings })
 }
 
-fn plot(name: &str, times: &[(u32, Measured)], page: &mut Page, place: Rect) -> Result<(), FigureError> {
-    let line = |name: &str, color: usize, value: &dyn Fn(&Measured) -> f64| {
-        let points = times.iter().map(|(particles, found)| [f64::from(*particles), value(found)]);
+fn plot(name: &str, times: &[Times], page: &mut Page, place: Rect) -> Result<(), FigureError> {
+    let line = |name: &str, color: usize, value: &dyn Fn(&Times) -> f64| {
+        let points = times.iter().map(|found| [f64::from(found.particles), value(found)]);
         Line::new(name, points.collect(), SERIES[color])
     };
     let lines = vec![
-        line("whole frame", 0, &|m| m.dynamics + m.skin),
-        line("Implicit Skinning with muscles", 1, &|m| m.skin),
-        line("dynamics of the muscles", 2, &|m| m.dynamics),
+        line("whole frame", 0, &|t| t.whole.dynamics + t.whole.skin),
+        line("Implicit Skinning with muscles", 1, &|t| t.whole.skin),
+        line("dynamics of the muscles", 2, &|t| t.whole.dynamics),
+        line("the same, jacobi", 3, &|t| t.jacobi.dynamics),
     ];
     let most = lines[0].points.iter().map(|p| p[1]).fold(0.0, f64::max);
     let title = name.replace('_', " ");

@@ -125,10 +125,6 @@ mod on_device {
         kernels: Kernels,
     }
 
-    fn is_of_dynamics(step: &Step) -> bool {
-        matches!(step.kernel, KernelId::JointStep | KernelId::MusclePredict | KernelId::MuscleProject)
-    }
-
     impl<'a> Bench<'a> {
         /// Builds the kernels.
         pub fn new(headless: &'a Headless) -> Result<Bench<'a>, FigureError> {
@@ -146,12 +142,12 @@ mod on_device {
             for (frame, pose) in case.poses.iter().take(WARM + MEASURED).enumerate() {
                 batch.set_pose(queue, 0, pose)?;
                 let start = Instant::now();
-                self.headless.run(|encoder| batch.encode_where(encoder, None, is_of_dynamics))?;
+                self.headless.run(|encoder| batch.encode_where(encoder, None, Step::moves))?;
                 let moved = since(start);
                 let start = Instant::now();
                 // Shapes at least: the axes are read by the next frame's prediction.
                 let shapes = |step: &Step| step.kernel == KernelId::MuscleShape;
-                let wanted = |step: &Step| !is_of_dynamics(step) && (with_skin || shapes(step));
+                let wanted = |step: &Step| !step.moves() && (with_skin || shapes(step));
                 self.headless.run(|encoder| batch.encode_where(encoder, None, wanted))?;
                 if frame >= WARM {
                     log.dynamics.push(moved);

@@ -37,11 +37,14 @@ impl FrameInputs {
     /// Validates a pose against its rig and derives what the stages read.
     ///
     /// # Errors
-    /// The pose has another number of joints, or a matrix that is not finite; the joint is named.
+    /// The pose has another number of joints, a time that is not finite, or such a matrix; the joint is named.
     pub fn new(rig: &Rig, pose: &Pose) -> Result<FrameInputs, PoseError> {
         let joints = &rig.character.joints;
         if pose.palette.len() != joints.len() {
             return Err(PoseError::JointCount { given: pose.palette.len(), needed: joints.len() });
+        }
+        if !pose.time.is_finite() {
+            return Err(PoseError::Time { time: pose.time });
         }
         if let Some(bad) = pose.palette.iter().position(|m| !m.is_finite()) {
             return Err(PoseError::NonFinite { joint: joints[bad].name.clone(), time: pose.time });

@@ -159,19 +159,28 @@ fn a_held_curl_comes_to_rest() {
 fn muscles_that_press_on_one_another_come_to_rest() {
     let Some(arm) = Actor::arm(None, &[]) else { return };
     let options = DynamicsOptions::default();
+    // Wander and overlap with the deadband and without it, side by side.
+    let sides = [options, DynamicsOptions { deadband: 0.0, ..options }];
+    let rests = |arm: &Actor, activation: f32, options: &DynamicsOptions| {
+        let (mut simulation, inputs) = arm.held(activation, options);
+        let wander = arm.wander(&mut simulation, &inputs, options);
+        (wander, arm.measure(&simulation, &inputs).overlap)
+    };
     for activation in [0.0, 0.25, 0.5, 0.75, 1.0] {
-        let (mut simulation, inputs) = arm.held(activation, &options);
-        let wander = arm.wander(&mut simulation, &inputs, &options);
-        let overlap = arm.measure(&simulation, &inputs).overlap;
-        assert!(wander < 1e-4 && overlap < 2.5e-3, "{activation}: wanders {wander} m, overlap {overlap} m");
+        let found = sides.each_ref().map(|options| rests(&arm, activation, options));
+        println!("held curl, activation {activation}, with the deadband and without: wander and overlap {found:?} m");
+        assert!(found.iter().all(|(wander, overlap)| *wander < 1e-4 && *overlap < 2.5e-3), "{activation}: {found:?}");
     }
     let curl = arm.played("biceps_curl", 0..60, &options);
     assert!(curl.overlap < 2.5e-3, "overlap {} m over the curl", curl.overlap);
     // All in one group press harder, and without play it never ends.
     let crowd = Actor::arm(Some("arm"), &[]).expect("as above");
-    let loose = DynamicsOptions { play: 0.0, deadband: 0.0, ..options };
-    let (mut simulation, inputs) = crowd.held(0.0, &loose);
-    let wander = crowd.wander(&mut simulation, &inputs, &loose);
+    for activation in [0.0, 1.0] {
+        let found = sides.each_ref().map(|options| rests(&crowd, activation, options));
+        println!("all in one group, activation {activation}, with the deadband and without: {found:?} m");
+    }
+    let (wander, _) = rests(&crowd, 0.0, &DynamicsOptions { play: 0.0, deadband: 0.0, ..options });
+    println!("all in one group, without play and deadband: wanders {wander} m");
     assert!(wander > 5e-4, "without play it rests: {wander} m");
 }
 
