@@ -117,14 +117,14 @@ fn touch_plane(contact: vec4<f32>, p: vec3<f32>) -> vec4<f32> {
 }
 
 // A plane brought from scene space at rest of a joint to posed scene space, its normal of length one.
-fn touch_posed(plane: vec4<f32>, joint: u32) -> vec4<f32> {
-    let normal = math_transpose_vector(moved[joint].to_rest, plane.xyz);
+fn touch_posed(plane: vec4<f32>, to_rest: mat4x4<f32>) -> vec4<f32> {
+    let normal = math_transpose_vector(to_rest, plane.xyz);
     let scale = 1.0 / max(sqrt(math_dot(normal, normal)), 1e-9);
-    return vec4<f32>(normal * scale, (plane.w - math_dot(plane.xyz, moved[joint].to_rest[3].xyz)) * scale);
+    return vec4<f32>(normal * scale, (plane.w - math_dot(plane.xyz, to_rest[3].xyz)) * scale);
 }
 
 // The inverse of touch_posed, but for the normal's length.
-fn touch_rest(plane: vec4<f32>, joint: u32) -> vec4<f32> {
-    let normal = math_transpose_vector(moved[joint].matrix, plane.xyz);
-    return vec4<f32>(normal, plane.w - math_dot(plane.xyz, moved[joint].matrix[3].xyz));
+fn touch_rest(plane: vec4<f32>, matrix: mat4x4<f32>) -> vec4<f32> {
+    let normal = math_transpose_vector(matrix, plane.xyz);
+    return vec4<f32>(normal, plane.w - math_dot(plane.xyz, matrix[3].xyz));
 }

@@ -25,7 +25,8 @@ use crate::{
 pub(super) struct Prepared {
     pub kernel: KernelId,
     pub reads: Option<Positions>,
-    pub pipeline: wgpu::ComputePipeline,
+    /// One per variant of the kernel.
+    pub pipelines: Vec<wgpu::ComputePipeline>,
     pub bindings: wgpu::BindGroup,
     /// Outer iteration and whether it carries, where that matters.
     pub part: Option<(u32, bool)>,
@@ -140,7 +141,7 @@ pub(super) fn prepare(
 ) -> Result<Vec<Prepared>, SetupError> {
     let make = |kernel, reads, buffers: &[(&str, &wgpu::Buffer)]| {
         let bindings = kernels.bind(device, kernel, buffers)?;
-        Ok(Prepared { kernel, reads, pipeline: kernels.pipeline(kernel).clone(), bindings, part: None })
+        Ok(Prepared { kernel, reads, pipelines: kernels.variants(kernel).to_vec(), bindings, part: None })
     };
     let step = |params| {
         [

@@ -8,10 +8,10 @@ use super::{
 use crate::{
     dynamics::{Clock, DynamicsParams},
     error::{PoseError, SetupError},
-    kernel::{dispatch, kernel},
+    kernel::{dispatch, kernel, muscle_project},
     normals::NormalParams,
     rig::{FrameInputs, Pose},
-    schedule::{self, Counts, DynamicsOptions, FrameOptions, Positions, Step},
+    schedule::{self, Counts, DynamicsOptions, FrameOptions, KernelId, Positions, Step},
     skinning::VertexParams,
     tracking::MarchParams,
     wrap::MuscleParams,
@@ -216,11 +216,19 @@ impl Batch {
             let Some(prepared) = self.pipelines.iter().find(matches) else { continue };
             let threads = u64::from(step.items) * u64::from(self.count);
             if let Some([x, y]) = dispatch::groups(threads, kernel(step.kernel).items_per_workgroup) {
-                pass.set_pipeline(&prepared.pipeline);
+                pass.set_pipeline(&prepared.pipelines[self.variant(step)]);
                 pass.set_bind_group(0, &prepared.bindings, &[]);
                 pass.dispatch_workgroups(x, y, 1);
             }
         }
+    }
+
+    /// Which of its kernel's pipelines a step needs.
+    fn variant(&self, step: &Step) -> usize {
+        let options = counts(&self.rig).dynamics(&self.options);
+        let Some(options) = options.filter(|_| step.kernel == KernelId::MuscleProject) else { return 0 };
+        let peers = self.rig.bodies_rest.muscles.iter().any(|m| m.peers_begin < m.skins_begin);
+        muscle_project::variant(step.outer + 1 == options.outer, peers && options.contacts.muscles)
     }
 
     /// The steps that [`Batch::encode`] records.

@@ -5,6 +5,7 @@ use crate::{
     kernel::{Access, KERNELS, Kernel, kernel, source::assemble},
     schedule::KernelId,
 };
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Every kernel's pipeline and bind group layout on one device.
@@ -15,7 +16,8 @@ pub struct Kernels {
 
 #[derive(Debug)]
 struct Pipeline {
-    pipeline: wgpu::ComputePipeline,
+    /// One per variant.
+    variants: Vec<wgpu::ComputePipeline>,
     layout: wgpu::BindGroupLayout,
 }
 
@@ -39,12 +41,17 @@ impl Kernels {
             "maxComputeInvocationsPerWorkgroup",
             u64::from(limits.max_compute_invocations_per_workgroup),
         )?;
-        Ok(Kernels { pipelines: KERNELS.iter().map(|k| (k.id, Pipeline::new(device, k))).collect() })
+        Ok(Kernels { pipelines: KERNELS.par_iter().map(|k| (k.id, Pipeline::new(device, k))).collect() })
     }
 
-    /// A kernel's pipeline.
+    /// The pipeline of a kernel that can do everything.
     pub fn pipeline(&self, id: KernelId) -> &wgpu::ComputePipeline {
-        &self.pipelines[&id].pipeline
+        &self.variants(id)[0]
+    }
+
+    /// All pipelines of a kernel ([`Kernel::variants`]).
+    pub fn variants(&self, id: KernelId) -> &[wgpu::ComputePipeline] {
+        &self.pipelines[&id].variants
     }
 
     /// Binds buffers to a kernel by name.
@@ -113,18 +120,20 @@ impl Pipeline {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(&label),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &kernel.all_constants(),
-                ..Default::default()
-            },
-            cache: None,
-        });
-        Pipeline { pipeline, layout }
+        let pipeline = |variant| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(&label),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &kernel.all_constants(variant),
+                    ..Default::default()
+                },
+                cache: None,
+            })
+        };
+        Pipeline { variants: (0..kernel.variants()).into_par_iter().map(pipeline).collect(), layout }
     }
 }
 

@@ -23,14 +23,26 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::PEER_AXIS,
         source::PEERS,
         source::HOLD,
+        source::SETTLE,
     ],
     structs: STRUCTS,
     constants: &[("MOST_STIFFNESS", predict::MOST_STIFFNESS as f64)],
+    switches: &[ENDS, PEERS],
     bindings: BINDINGS,
     workgroup: THREADS,
     items_per_workgroup: THREADS,
     twin: "dynamics::project::project",
 };
+
+/// Substeps end: contacts are made exact, and particles get their new places and velocities.
+const ENDS: &str = "ENDS";
+/// Muscles meet muscles.
+const PEERS: &str = "HOLD_PEERS";
+
+/// The pipeline for an outer iteration that ends a substep or does not, of muscles of which some meet others or none do.
+pub(crate) const fn variant(ends: bool, peers: bool) -> usize {
+    !ends as usize + 2 * !peers as usize
+}
 
 const STRUCTS: &[SharedStruct] = &[
     shared::<DynamicsParams>(),

@@ -102,8 +102,15 @@ pub const HOLD: Part = Part {
         ("HOLD_BONES", dynamics::BONES as f64),
         ("HOLD_MUSCLES", dynamics::MUSCLES as f64),
         ("HOLD_SKIN", dynamics::SKIN as f64),
-        ("HOLD_LEAST_TURN", dynamics::LEAST_TURN as f64),
-        ("HOLD_LEAST_WAY_SQUARED", dynamics::LEAST_WAY_SQUARED as f64),
+    ],
+};
+/// The contact passes that end a substep.
+pub const SETTLE: Part = Part {
+    file: "shaders/shared/settle.wgsl",
+    text: include_str!("../../shaders/shared/settle.wgsl"),
+    constants: &[
+        ("SETTLE_LEAST_TURN", dynamics::LEAST_TURN as f64),
+        ("SETTLE_LEAST_WAY_SQUARED", dynamics::LEAST_WAY_SQUARED as f64),
     ],
 };
 /// A particle against another muscle's axis.
@@ -138,7 +145,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 17] = [
+pub const PARTS: [Part; 18] = [
     DISPATCH,
     MATH,
     TRANSFER,
@@ -156,6 +163,7 @@ pub const PARTS: [Part; 17] = [
     PEER_AXIS,
     PEERS,
     HOLD,
+    SETTLE,
 ];
 
 /// An assembled kernel.
