@@ -96,7 +96,7 @@ pub fn run_variant(
     headless.submit(|encoder| {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         if let Some([x, y]) = dispatch::groups(items, kernel(id).items_per_workgroup) {
-            pass.set_pipeline(&kernels.variants(id)[variant]);
+            pass.set_pipeline(kernels.variant(id, variant));
             pass.set_bind_group(0, &bindings, &[]);
             pass.dispatch_workgroups(x, y, 1);
         }

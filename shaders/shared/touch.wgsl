@@ -3,6 +3,7 @@
 // A unit normal that leads out of a contact, and in `w` the distance by which it is kept, metres; less than 0 where it is
 // not. TOUCH_NOTHING stands for no contact.
 override TOUCH_NOTHING: f32;
+override TOUCH_GRIDS: bool;
 
 // Where one instance stands in the globals.
 struct TouchPlace {
@@ -61,7 +62,7 @@ fn touch_bone_of(place: TouchPlace, link: Link) -> TouchBone {
 fn touch_bone(bone: TouchBone, p: vec3<f32>, radius: f32, clear: f32, share: f32) -> vec4<f32> {
     let held = select(bone.insertion_depth, bone.origin_depth, share < 0.5);
     let wanted = radius * clear + held * bone.scale * (1.0 - clear);
-    if bone.grid.size_x == 0u {
+    if !TOUCH_GRIDS || bone.grid.size_x == 0u {
         let away = p - touch_nearest(bone.start, bone.end, p);
         let distance = sqrt(math_dot(away, away));
         return vec4<f32>(away / max(distance, 1e-9), distance - (bone.radius * bone.scale + wanted));

@@ -2,6 +2,7 @@
 
 use super::{
     Kernels, RigBuffers,
+    kernels::Pipelines,
     output::{Output, OutputLayout},
     rig_buffers::{MIN_BYTES, fits},
 };
@@ -19,14 +20,14 @@ use crate::{
     tracking::{MarchParams, MarchReport},
     wrap::MuscleParams,
 };
+use std::sync::Arc;
 
 /// A kernel with what it binds for one choice of source positions.
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub kernel: KernelId,
     pub reads: Option<Positions>,
-    /// One per variant of the kernel.
-    pub pipelines: Vec<wgpu::ComputePipeline>,
+    pub pipelines: Arc<Pipelines>,
     pub bindings: wgpu::BindGroup,
     /// Outer iteration and whether it carries, where that matters.
     pub part: Option<(u32, bool)>,
@@ -141,7 +142,7 @@ pub(super) fn prepare(
 ) -> Result<Vec<Prepared>, SetupError> {
     let make = |kernel, reads, buffers: &[(&str, &wgpu::Buffer)]| {
         let bindings = kernels.bind(device, kernel, buffers)?;
-        Ok(Prepared { kernel, reads, pipelines: kernels.variants(kernel).to_vec(), bindings, part: None })
+        Ok(Prepared { kernel, reads, pipelines: kernels.pipelines(kernel), bindings, part: None })
     };
     let step = |params| {
         [

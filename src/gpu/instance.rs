@@ -85,6 +85,13 @@ impl Batch {
         }
         self.options = *options;
         self.plan();
+        // A substep's pipelines are made now, so that no frame waits for them.
+        let joints = self.rig.rig.character.joints.len() as u32;
+        for step in schedule::frame(&counts, options, joints, 1) {
+            if let Some(prepared) = self.prepared(&step) {
+                prepared.pipelines.variant(self.variant(&step));
+            }
+        }
         self.write_dynamics(queue);
         let march = MarchParams::new(&counts, self.count, &options.march);
         let normal = NormalParams {
@@ -208,27 +215,32 @@ impl Batch {
         let descriptor = wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes };
         let mut pass = encoder.begin_compute_pass(&descriptor);
         for step in self.steps.iter().filter(|step| chosen(step)) {
-            let matches = |p: &&Prepared| {
-                p.kernel == step.kernel
-                    && (p.reads.is_none() || p.reads == step.reads)
-                    && p.part.is_none_or(|part| part == (step.outer, step.carries))
-            };
-            let Some(prepared) = self.pipelines.iter().find(matches) else { continue };
+            let Some(prepared) = self.prepared(step) else { continue };
             let threads = u64::from(step.items) * u64::from(self.count);
             if let Some([x, y]) = dispatch::groups(threads, kernel(step.kernel).items_per_workgroup) {
-                pass.set_pipeline(&prepared.pipelines[self.variant(step)]);
+                pass.set_pipeline(prepared.pipelines.variant(self.variant(step)));
                 pass.set_bind_group(0, &prepared.bindings, &[]);
                 pass.dispatch_workgroups(x, y, 1);
             }
         }
     }
 
+    fn prepared(&self, step: &Step) -> Option<&Prepared> {
+        self.pipelines.iter().find(|p| {
+            p.kernel == step.kernel
+                && (p.reads.is_none() || p.reads == step.reads)
+                && p.part.is_none_or(|part| part == (step.outer, step.carries))
+        })
+    }
+
     /// Which of its kernel's pipelines a step needs.
     fn variant(&self, step: &Step) -> usize {
         let options = counts(&self.rig).dynamics(&self.options);
         let Some(options) = options.filter(|_| step.kernel == KernelId::MuscleProject) else { return 0 };
-        let peers = self.rig.bodies_rest.muscles.iter().any(|m| m.peers_begin < m.skins_begin);
-        muscle_project::variant(step.outer + 1 == options.outer, peers && options.contacts.muscles)
+        let bodies = &self.rig.bodies_rest;
+        let peers = options.contacts.muscles && bodies.muscles.iter().any(|m| m.peers_begin < m.skins_begin);
+        let grids = options.contacts.bones && bodies.bones.iter().any(|bone| bone.grid.size_x > 0);
+        muscle_project::variant(step.outer + 1 == options.outer, peers, grids)
     }
 
     /// The steps that [`Batch::encode`] records.

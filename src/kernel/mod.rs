@@ -73,8 +73,8 @@ pub struct Kernel {
     pub structs: &'static [SharedStruct],
     /// WGSL overrides of the kernel's own file, with the host's values.
     pub constants: &'static [source::Constant],
-    /// Boolean overrides. There is a pipeline for every choice of them: what a dispatch has no use for it need not step
-    /// over, and a software adapter runs what it steps over.
+    /// Boolean overrides. There is a pipeline for every choice of them, made when it is needed: what a dispatch has no use
+    /// for it need not step over, and a software adapter runs what it steps over.
     pub switches: &'static [&'static str],
     /// Bindings in slot order.
     pub bindings: &'static [Binding],

@@ -27,7 +27,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     ],
     structs: STRUCTS,
     constants: &[("MOST_STIFFNESS", predict::MOST_STIFFNESS as f64)],
-    switches: &[ENDS, PEERS],
+    switches: &[ENDS, PEERS, GRIDS],
     bindings: BINDINGS,
     workgroup: THREADS,
     items_per_workgroup: THREADS,
@@ -38,10 +38,12 @@ pub(super) const KERNEL: Kernel = Kernel {
 const ENDS: &str = "ENDS";
 /// Muscles meet muscles.
 const PEERS: &str = "HOLD_PEERS";
+/// Bones are meshes.
+const GRIDS: &str = "TOUCH_GRIDS";
 
-/// The pipeline for an outer iteration that ends a substep or does not, of muscles of which some meet others or none do.
-pub(crate) const fn variant(ends: bool, peers: bool) -> usize {
-    !ends as usize + 2 * !peers as usize
+/// The variant that can do this and no more; see the switches.
+pub(crate) fn variant(ends: bool, peers: bool, grids: bool) -> usize {
+    usize::from(!ends) + 2 * usize::from(!peers) + 4 * usize::from(!grids)
 }
 
 const STRUCTS: &[SharedStruct] = &[
