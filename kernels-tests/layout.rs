@@ -80,7 +80,7 @@ fn kernels_are_valid_and_agree_with_their_tables() {
         for shared in kernel.structs {
             check_struct(shared, &module).unwrap_or_else(|e| panic!("{}: {e}", kernel.stem));
         }
-        check_constants(&kernel.all_constants(), &module).unwrap_or_else(|e| panic!("{}: {e}", kernel.stem));
+        check_constants(&kernel.all_constants(0), &module).unwrap_or_else(|e| panic!("{}: {e}", kernel.stem));
         let [entry] = module.entry_points.as_slice() else { panic!("{}: one entry point each", kernel.stem) };
         assert_eq!((entry.name.as_str(), entry.stage), ("main", ShaderStage::Compute), "{}", kernel.stem);
         assert_eq!(entry.workgroup_size, [kernel.workgroup, 1, 1], "{}", kernel.stem);
@@ -108,7 +108,7 @@ fn a_wrong_binding_or_member_is_found() {
 fn a_missing_or_repeated_constant_is_found() {
     let kernel = sinew::kernel::kernel(sinew::schedule::KernelId::March);
     let module = parsed(kernel);
-    let constants = kernel.all_constants();
+    let constants = kernel.all_constants(0);
     assert!(check_constants(&constants, &module).is_ok());
     assert!(check_constants(&constants[1..], &module).is_err());
     let own = parse("override A: f32 = 1.0;").expect("valid");

@@ -1,15 +1,20 @@
 //! `muscle_project` against its twin: random muscles through each other, a capsule, and balls as bone and as skin.
 
 use crate::dynamics_fixtures::Crowd;
-use crate::support::{JUNK, gpu, run};
+use crate::support::{JUNK, gpu, run_variant};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use sinew::{
     dynamics::{DynamicsParams, Particle},
+    kernel::kernel,
     parity::PROJECTED,
     schedule::{Contacts, DynamicsOptions, KernelId, Mode, Solver},
 };
 
 fn played(crowd: &Crowd, params: &DynamicsParams) -> Option<(Vec<Particle>, Vec<Vec4>)> {
+    played_by(0, crowd, params)
+}
+
+fn played_by(variant: usize, crowd: &Crowd, params: &DynamicsParams) -> Option<(Vec<Particle>, Vec<Vec4>)> {
     let gpu = gpu()?;
     let groups = crowd.groups();
     let inputs: [(&str, &[u8]); 9] = [
@@ -28,7 +33,7 @@ fn played(crowd: &Crowd, params: &DynamicsParams) -> Option<(Vec<Particle>, Vec<
         ("iterates", (crowd.iterates.len() + 1) * 16),
     ];
     let items = crowd.muscles.len() * crowd.instances * params.threads_per_muscle as usize;
-    let out = run(&gpu, KernelId::MuscleProject, items as u64, &inputs, &sizes);
+    let out = run_variant(&gpu, (KernelId::MuscleProject, variant), items as u64, &inputs, &sizes);
     let mut particles: Vec<Particle> = bytemuck::pod_collect_to_vec(&out[0]);
     let mut iterates: Vec<Vec4> = bytemuck::pod_collect_to_vec(&out[1]);
     assert_eq!(particles.pop().map(|p| p.traits.w.to_bits()), Some(JUNK), "written beyond the last particle");
@@ -140,6 +145,27 @@ fn matches_its_twin_at_every_count() {
         assert!(iterates_apart(&iterates, &crowd.iterates) < PROJECTED.absolute, "{count} of {points}");
         let still = crowd.points()..2 * crowd.points();
         assert!(particles[still.clone()] == before.particles[still], "an instance without substeps has not moved");
+    }
+}
+
+#[test]
+fn pipelines_differ_where_one_lacks_what_is_asked_and_nowhere_else() {
+    let table = kernel(KernelId::MuscleProject);
+    let lacks = |variant: usize, name| table.switches.iter().position(|s| *s == name).map(|k| variant >> k & 1 == 1);
+    for (kind, contacts) in kinds() {
+        for outer in [0, 1] {
+            let options = DynamicsOptions { contacts, ..DynamicsOptions::default() };
+            let (crowd, params) = ready(&Crowd::new(20, 2, None, 76), &options, outer);
+            let Some((particles, iterates)) = played(&crowd, &params) else { return };
+            for variant in 1..table.variants() {
+                let Some((others, others_iterates)) = played_by(variant, &crowd, &params) else { return };
+                let asked = outer == 1 && lacks(variant, "ENDS").expect("a switch")
+                    || contacts.muscles && lacks(variant, "HOLD_PEERS").expect("a switch")
+                    || contacts.bones && lacks(variant, "TOUCH_GRIDS").expect("a switch");
+                let same = particles == others && iterates == others_iterates;
+                assert_eq!(same, !asked, "{kind}, outer {outer}, pipeline {variant}");
+            }
+        }
     }
 }
 

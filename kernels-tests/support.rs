@@ -61,6 +61,17 @@ pub const JUNK: u32 = 0xC0DE_FACE;
 /// in both lists starts as given, with [`JUNK`] behind it. Buffers are bound by name; the outputs come back in the order
 /// given.
 pub fn run(gpu: &Gpu, id: KernelId, items: u64, inputs: &[(&str, &[u8])], outputs: &[(&str, usize)]) -> Vec<Vec<u8>> {
+    run_variant(gpu, (id, 0), items, inputs, outputs)
+}
+
+/// [`run`] with one of a kernel's pipelines.
+pub fn run_variant(
+    gpu: &Gpu,
+    (id, variant): (KernelId, usize),
+    items: u64,
+    inputs: &[(&str, &[u8])],
+    outputs: &[(&str, usize)],
+) -> Vec<Vec<u8>> {
     let Gpu { headless, kernels } = gpu;
     let make = |name: &str, bytes: &[u8]| {
         let out = outputs.iter().find(|(n, _)| *n == name).map_or(0, |(_, bytes)| *bytes);
@@ -85,7 +96,7 @@ pub fn run(gpu: &Gpu, id: KernelId, items: u64, inputs: &[(&str, &[u8])], output
     headless.submit(|encoder| {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         if let Some([x, y]) = dispatch::groups(items, kernel(id).items_per_workgroup) {
-            pass.set_pipeline(kernels.pipeline(id));
+            pass.set_pipeline(kernels.variant(id, variant));
             pass.set_bind_group(0, &bindings, &[]);
             pass.dispatch_workgroups(x, y, 1);
         }

@@ -149,6 +149,28 @@ impl<'a> Reference<'a> {
 
     /// The sub-poses that lead a motion's skin to a pose.
     fn lead(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> UnderWay {
+        let mut under_way = UnderWay::default();
+        if let Some(skin) = &mut motion.skin {
+            (under_way.way, under_way.sub_poses) = skin.path.advance(self.rig, pose, &options.track);
+        }
+        under_way
+    }
+
+    /// Plays the chosen steps of the next frame.
+    fn play_where(
+        &self,
+        motion: &mut Motion,
+        pose: &Pose,
+        options: &FrameOptions,
+        mut trace: Trace,
+        chosen: impl Fn(&Step) -> bool,
+    ) -> Result<Trace, PoseError> {
+        let inputs = FrameInputs::new(self.rig, pose)?;
+        let counts = counts(self.rig);
+        let turns = match (&mut motion.simulation, counts.dynamics(options)) {
+            (Some(simulation), Some(dynamics)) => simulation.begin(&inputs, pose.time.into(), &dynamics),
+            _ => 0,
+        };
         let mut under_way = self.lead(motion, pose, options);
         trace.steps = schedule::frame(&counts, options, turns, under_way.way.count);
         trace.steps.retain(chosen);
@@ -389,6 +411,7 @@ mod tests {
         let expected = reference.next(&mut motion, &pose(&scene, 0), &options).expect("a frame");
         let mut trace = expected.clone();
         let mut again = |motion: &mut Motion| {
+            motion.skin = Some(Skin::rest(&rig.positions_rest));
             reference.reshape(motion, &pose(&scene, 0), &options, &mut trace).expect("a frame");
             trace.clone()
         };

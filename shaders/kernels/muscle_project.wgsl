@@ -12,6 +12,7 @@
 @group(0) @binding(8) var<storage, read_write> iterates: array<vec4<f32>>;
 
 override MOST_STIFFNESS: f32;
+override ENDS: bool;
 
 // Points beyond the muscle's end are copies of the last one.
 fn load(work: Work, point: u32) -> Bead {
@@ -93,7 +94,7 @@ fn store(work: Work, i: u32, write: u32, bead: Bead, pull: vec3<f32>) {
     iterates[write + 3u + 2u * i] = iterates[work.read + 3u + 2u * i];
     particles[work.first + i].spring = vec4<f32>(pull, particles[work.first + i].spring.w);
     particles[work.first + i].pushes = bead.pushes;
-    if params.ends_substep != 0u {
+    if ENDS && params.ends_substep != 0u {
         finish(work, i, bead);
     }
 }
@@ -118,7 +119,7 @@ fn main(
         body,
         dynamics_run(instance, own, body.first_point, params.from_half),
         instance * params.point_count + body.first_point,
-        params.contacts & body.collides,
+        params.contacts & body.collides & hold_kinds(body),
     );
     let i = 2u * slot;
     let idle = thread / params.threads_per_muscle > last || i > body.segments || moved[joint + body.driver].runs == 0u;
@@ -184,8 +185,8 @@ fn main(
         iterates[write] = iterates[work.read];
         iterates[write + 1u] = iterates[work.read + 1u];
     }
-    if params.ends_substep != 0u {
-        pair = hold_settle(work, pair);
+    if ENDS && params.ends_substep != 0u && params.final_passes > 0u {
+        pair = settle(work, pair);
     }
     store(work, i, write, pair.first, inner.pull);
     store(work, i + 1u, write, pair.second, after.pull);

@@ -3,9 +3,15 @@
 override PEER_FACING: f32;
 override PEER_TURN: f32;
 
+// Between posed scene space and that at rest of the joint that drives the muscle's field.
+struct PeerSpace {
+    to_rest: mat4x4<f32>,
+    to_posed: mat4x4<f32>,
+}
+
 // The plane of a contact with another muscle, where the two share the gap or the overlap, with play: where the particle
 // kept one before, it stays as far as it is right to within the play.
-fn peer_follow(work: Work, particle: Particle, contact: vec4<f32>, index: u32, p: vec3<f32>) -> vec4<f32> {
+fn peer_follow(work: Work, space: PeerSpace, particle: Particle, contact: vec4<f32>, index: u32, p: vec3<f32>) -> vec4<f32> {
     if contact.w == TOUCH_NOTHING {
         return vec4<f32>(0.0);
     }
@@ -17,7 +23,7 @@ fn peer_follow(work: Work, particle: Particle, contact: vec4<f32>, index: u32, p
         return touch_plane(shared_contact, p);
     }
     let kept = select(particle.peer_1, particle.peer_0, particle.traits.z == name);
-    let before = touch_posed(kept, work.place.joint + work.body.driver);
+    let before = touch_posed(kept, space.to_rest);
     let facing = math_dot(before.xyz, shared_contact.xyz);
     if facing <= 0.0 {
         return touch_plane(shared_contact, p);
@@ -53,7 +59,7 @@ fn peer_free(bead: Bead) -> bool {
 }
 
 // Planes against them, in the order of the links.
-fn peer_planes(work: Work, i: u32, found: Peers, start: Bead) -> Bead {
+fn peer_planes(work: Work, space: PeerSpace, i: u32, found: Peers, start: Bead) -> Bead {
     var bead = start;
     if peer_free(bead) {
         return bead;
@@ -65,13 +71,12 @@ fn peer_planes(work: Work, i: u32, found: Peers, start: Bead) -> Bead {
     let particle = particles[work.first + i];
     let first = links[peers.first_link].index;
     let second = links[peers.second_link].index;
-    bead.peer_0 = peer_follow(work, particle, peers.first, first, bead.p);
-    bead.peer_1 = peer_follow(work, particle, peers.second, second, bead.p);
-    let driver = work.place.joint + work.body.driver;
+    bead.peer_0 = peer_follow(work, space, particle, peers.first, first, bead.p);
+    bead.peer_1 = peer_follow(work, space, particle, peers.second, second, bead.p);
     particles[work.first + i].traits.z = select(f32(first) + 1.0, 0.0, peers.first.w == TOUCH_NOTHING);
     particles[work.first + i].traits.w = select(f32(second) + 1.0, 0.0, peers.second.w == TOUCH_NOTHING);
-    particles[work.first + i].peer_0 = touch_rest(bead.peer_0, driver);
-    particles[work.first + i].peer_1 = touch_rest(bead.peer_1, driver);
+    particles[work.first + i].peer_0 = touch_rest(bead.peer_0, space.to_posed);
+    particles[work.first + i].peer_1 = touch_rest(bead.peer_1, space.to_posed);
     return bead;
 }
 
@@ -107,7 +112,9 @@ fn peer_hold(work: Work, i: u32, start: Pair) -> Pair {
             found_1 = peer_found(found_1, peer_axis(run + 2u, nearest_1, pair.second.p, pair.second.radius), k);
         }
     }
-    pair.first = peer_planes(work, i, found_0, pair.first);
-    pair.second = peer_planes(work, i + 1u, found_1, pair.second);
+    let driver = work.place.joint + work.body.driver;
+    let space = PeerSpace(moved[driver].to_rest, moved[driver].matrix);
+    pair.first = peer_planes(work, space, i, found_0, pair.first);
+    pair.second = peer_planes(work, space, i + 1u, found_1, pair.second);
     return pair;
 }

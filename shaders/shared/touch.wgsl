@@ -3,6 +3,7 @@
 // A unit normal that leads out of a contact, and in `w` the distance by which it is kept, metres; less than 0 where it is
 // not. TOUCH_NOTHING stands for no contact.
 override TOUCH_NOTHING: f32;
+override TOUCH_GRIDS: bool;
 
 // Where one instance stands in the globals.
 struct TouchPlace {
@@ -61,7 +62,7 @@ fn touch_bone_of(place: TouchPlace, link: Link) -> TouchBone {
 fn touch_bone(bone: TouchBone, p: vec3<f32>, radius: f32, clear: f32, share: f32) -> vec4<f32> {
     let held = select(bone.insertion_depth, bone.origin_depth, share < 0.5);
     let wanted = radius * clear + held * bone.scale * (1.0 - clear);
-    if bone.grid.size_x == 0u {
+    if !TOUCH_GRIDS || bone.grid.size_x == 0u {
         let away = p - touch_nearest(bone.start, bone.end, p);
         let distance = sqrt(math_dot(away, away));
         return vec4<f32>(away / max(distance, 1e-9), distance - (bone.radius * bone.scale + wanted));
@@ -117,14 +118,14 @@ fn touch_plane(contact: vec4<f32>, p: vec3<f32>) -> vec4<f32> {
 }
 
 // A plane brought from scene space at rest of a joint to posed scene space, its normal of length one.
-fn touch_posed(plane: vec4<f32>, joint: u32) -> vec4<f32> {
-    let normal = math_transpose_vector(moved[joint].to_rest, plane.xyz);
+fn touch_posed(plane: vec4<f32>, to_rest: mat4x4<f32>) -> vec4<f32> {
+    let normal = math_transpose_vector(to_rest, plane.xyz);
     let scale = 1.0 / max(sqrt(math_dot(normal, normal)), 1e-9);
-    return vec4<f32>(normal * scale, (plane.w - math_dot(plane.xyz, moved[joint].to_rest[3].xyz)) * scale);
+    return vec4<f32>(normal * scale, (plane.w - math_dot(plane.xyz, to_rest[3].xyz)) * scale);
 }
 
 // The inverse of touch_posed, but for the normal's length.
-fn touch_rest(plane: vec4<f32>, joint: u32) -> vec4<f32> {
-    let normal = math_transpose_vector(moved[joint].matrix, plane.xyz);
-    return vec4<f32>(normal, plane.w - math_dot(plane.xyz, moved[joint].matrix[3].xyz));
+fn touch_rest(plane: vec4<f32>, matrix: mat4x4<f32>) -> vec4<f32> {
+    let normal = math_transpose_vector(matrix, plane.xyz);
+    return vec4<f32>(normal, plane.w - math_dot(plane.xyz, matrix[3].xyz));
 }

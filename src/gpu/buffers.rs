@@ -2,6 +2,7 @@
 
 use super::{
     Kernels, RigBuffers,
+    kernels::Pipelines,
     output::{Output, OutputLayout},
     rig_buffers::{MIN_BYTES, fits},
 };
@@ -19,13 +20,14 @@ use crate::{
     tracking::{Track, TrackJoint, TrackParams, Way},
     wrap::MuscleParams,
 };
+use std::sync::Arc;
 
 /// A kernel with what it binds for one choice of source positions.
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub kernel: KernelId,
     pub reads: Option<Positions>,
-    pub pipeline: wgpu::ComputePipeline,
+    pub pipelines: Arc<Pipelines>,
     pub bindings: wgpu::BindGroup,
     /// Outer iteration and whether it carries, where that matters.
     pub part: Option<(u32, bool)>,
@@ -160,7 +162,7 @@ pub(super) fn prepare(
 ) -> Result<Vec<Prepared>, SetupError> {
     let make = |kernel, reads, buffers: &[(&str, &wgpu::Buffer)]| {
         let bindings = kernels.bind(device, kernel, buffers)?;
-        Ok(Prepared { kernel, reads, pipeline: kernels.pipeline(kernel).clone(), bindings, part: None, sub_pose: None })
+        Ok(Prepared { kernel, reads, pipelines: kernels.pipelines(kernel), bindings, part: None, sub_pose: None })
     };
     let step = |params| {
         [

@@ -8,10 +8,10 @@ use super::{
 use crate::{
     dynamics::{Clock, DynamicsParams},
     error::{PoseError, SetupError},
-    kernel::{dispatch, kernel},
+    kernel::{dispatch, kernel, muscle_project},
     normals::NormalParams,
     rig::{FrameInputs, Pose},
-    schedule::{self, Counts, DynamicsOptions, FrameOptions, Positions, Skinning, Step},
+    schedule::{self, Counts, DynamicsOptions, FrameOptions, KernelId, Positions, Skinning, Step},
     skinning::VertexParams,
     tracking::{Path, Track, TrackParams},
     wrap::MuscleParams,
@@ -95,6 +95,12 @@ impl Batch {
         }
         self.options = *options;
         self.plan();
+        // A substep's pipelines are made now, so that no frame waits for them.
+        for step in schedule::frame(&counts, options, 1, 1) {
+            if let Some(prepared) = self.prepared(&step) {
+                prepared.pipelines.variant(self.variant(&step));
+            }
+        }
         self.write_dynamics(queue);
         let track = |sub_pose, projects| TrackParams::new(&counts, self.count, &options.track, sub_pose, projects);
         for (sub_pose, buffer) in (0..).zip(&self.buffers.track_params) {
@@ -251,20 +257,33 @@ impl Batch {
         let descriptor = wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes };
         let mut pass = encoder.begin_compute_pass(&descriptor);
         for step in self.steps.iter().filter(|step| chosen(step)) {
-            let matches = |p: &&Prepared| {
-                p.kernel == step.kernel
-                    && (p.reads.is_none() || p.reads == step.reads)
-                    && p.part.is_none_or(|part| part == (step.outer, step.carries))
-                    && p.sub_pose.is_none_or(|sub_pose| sub_pose == (step.sub_pose, step.projects))
-            };
-            let Some(prepared) = self.pipelines.iter().find(matches) else { continue };
+            let Some(prepared) = self.prepared(step) else { continue };
             let threads = u64::from(step.items) * u64::from(self.count);
             if let Some([x, y]) = dispatch::groups(threads, kernel(step.kernel).items_per_workgroup) {
-                pass.set_pipeline(&prepared.pipeline);
+                pass.set_pipeline(prepared.pipelines.variant(self.variant(step)));
                 pass.set_bind_group(0, &prepared.bindings, &[]);
                 pass.dispatch_workgroups(x, y, 1);
             }
         }
+    }
+
+    fn prepared(&self, step: &Step) -> Option<&Prepared> {
+        self.pipelines.iter().find(|p| {
+            p.kernel == step.kernel
+                && (p.reads.is_none() || p.reads == step.reads)
+                && p.part.is_none_or(|part| part == (step.outer, step.carries))
+                && p.sub_pose.is_none_or(|sub_pose| sub_pose == (step.sub_pose, step.projects))
+        })
+    }
+
+    /// Which of its kernel's pipelines a step needs.
+    fn variant(&self, step: &Step) -> usize {
+        let options = counts(&self.rig).dynamics(&self.options);
+        let Some(options) = options.filter(|_| step.kernel == KernelId::MuscleProject) else { return 0 };
+        let bodies = &self.rig.bodies_rest;
+        let peers = options.contacts.muscles && bodies.muscles.iter().any(|m| m.peers_begin < m.skins_begin);
+        let grids = options.contacts.bones && bodies.bones.iter().any(|bone| bone.grid.size_x > 0);
+        muscle_project::variant(step.outer + 1 == options.outer, peers, grids)
     }
 
     /// The steps that [`Batch::encode`] records.

@@ -5,22 +5,30 @@ use crate::{
     kernel::{Access, KERNELS, Kernel, kernel, source::assemble},
     schedule::KernelId,
 };
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, OnceLock},
+};
 
-/// Every kernel's pipeline and bind group layout on one device.
+/// Every kernel's pipelines and bind group layout on one device.
 #[derive(Debug)]
 pub struct Kernels {
-    pipelines: BTreeMap<KernelId, Pipeline>,
+    pipelines: BTreeMap<KernelId, Arc<Pipelines>>,
 }
 
+/// One kernel's pipelines, made when they are first asked for.
 #[derive(Debug)]
-struct Pipeline {
-    pipeline: wgpu::ComputePipeline,
+pub(super) struct Pipelines {
+    id: KernelId,
+    device: wgpu::Device,
+    module: wgpu::ShaderModule,
     layout: wgpu::BindGroupLayout,
+    /// One per variant ([`Kernel::variants`]).
+    variants: Vec<OnceLock<wgpu::ComputePipeline>>,
 }
 
 impl Kernels {
-    /// Builds all pipelines.
+    /// Builds the pipeline of every kernel that has only one; the others are built for the options that need them.
     ///
     /// # Errors
     /// The device has fewer storage buffers per stage or smaller workgroups than WebGPU promises.
@@ -39,12 +47,24 @@ impl Kernels {
             "maxComputeInvocationsPerWorkgroup",
             u64::from(limits.max_compute_invocations_per_workgroup),
         )?;
-        Ok(Kernels { pipelines: KERNELS.iter().map(|k| (k.id, Pipeline::new(device, k))).collect() })
+        Ok(Kernels { pipelines: KERNELS.iter().map(|k| (k.id, Arc::new(Pipelines::new(device, k)))).collect() })
     }
 
-    /// A kernel's pipeline.
+    /// The pipeline of a kernel that can do everything.
     pub fn pipeline(&self, id: KernelId) -> &wgpu::ComputePipeline {
-        &self.pipelines[&id].pipeline
+        self.variant(id, 0)
+    }
+
+    /// One pipeline of a kernel ([`Kernel::all_constants`]).
+    ///
+    /// # Panics
+    /// The kernel has no such variant.
+    pub fn variant(&self, id: KernelId, variant: usize) -> &wgpu::ComputePipeline {
+        self.pipelines[&id].variant(variant)
+    }
+
+    pub(super) fn pipelines(&self, id: KernelId) -> Arc<Pipelines> {
+        Arc::clone(&self.pipelines[&id])
     }
 
     /// Binds buffers to a kernel by name.
@@ -80,8 +100,8 @@ impl Kernels {
     }
 }
 
-impl Pipeline {
-    fn new(device: &wgpu::Device, kernel: &Kernel) -> Pipeline {
+impl Pipelines {
+    fn new(device: &wgpu::Device, kernel: &Kernel) -> Pipelines {
         let label = format!("sinew.{}", kernel.stem);
         let entries: Vec<_> = kernel
             .bindings
@@ -108,23 +128,35 @@ impl Pipeline {
             label: Some(&label),
             source: wgpu::ShaderSource::Wgsl(assemble(kernel).text.into()),
         });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(&label),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(&label),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &kernel.all_constants(),
-                ..Default::default()
-            },
-            cache: None,
-        });
-        Pipeline { pipeline, layout }
+        let variants = (0..kernel.variants()).map(|_| OnceLock::new()).collect();
+        let pipelines = Pipelines { id: kernel.id, device: device.clone(), module, layout, variants };
+        if kernel.variants() == 1 {
+            pipelines.variant(0);
+        }
+        pipelines
+    }
+
+    pub fn variant(&self, variant: usize) -> &wgpu::ComputePipeline {
+        self.variants[variant].get_or_init(|| {
+            let kernel = kernel(self.id);
+            let label = format!("sinew.{}", kernel.stem);
+            let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(&label),
+                bind_group_layouts: &[Some(&self.layout)],
+                immediate_size: 0,
+            });
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(&label),
+                layout: Some(&layout),
+                module: &self.module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &kernel.all_constants(variant),
+                    ..Default::default()
+                },
+                cache: None,
+            })
+        })
     }
 }
 

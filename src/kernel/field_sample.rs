@@ -29,6 +29,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     ],
     structs: STRUCTS,
     constants: &[],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

@@ -14,6 +14,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     parts: &[source::DISPATCH, source::MATH, source::INVERSE],
     structs: STRUCTS,
     constants: &[],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

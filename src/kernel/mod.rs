@@ -7,7 +7,7 @@ pub mod source;
 mod field_sample;
 mod joint_step;
 mod muscle_predict;
-mod muscle_project;
+pub(crate) mod muscle_project;
 mod muscle_sample;
 mod muscle_shape;
 mod normals;
@@ -78,6 +78,9 @@ pub struct Kernel {
     pub structs: &'static [SharedStruct],
     /// WGSL overrides of the kernel's own file, with the host's values.
     pub constants: &'static [source::Constant],
+    /// Boolean overrides. There is a pipeline for every choice of them, made when it is needed: what a dispatch has no use
+    /// for it need not step over, and a software adapter runs what it steps over.
+    pub switches: &'static [&'static str],
     /// Bindings in slot order.
     pub bindings: &'static [Binding],
     /// Threads of one workgroup.
@@ -89,9 +92,17 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// All overrides of the assembled kernel with the host's values.
-    pub fn all_constants(&self) -> Vec<source::Constant> {
-        self.parts.iter().flat_map(|part| part.constants).chain(self.constants).copied().collect()
+    /// All overrides of the assembled kernel with the host's values, in one of its [`Kernel::variants`]: bit k is set where
+    /// switch k is off. Variant 0 can do everything.
+    pub fn all_constants(&self, variant: usize) -> Vec<source::Constant> {
+        let switches = self.switches.iter().enumerate();
+        let switches = switches.map(|(k, name)| (*name, if variant >> k & 1 == 0 { 1.0 } else { 0.0 }));
+        self.parts.iter().flat_map(|part| part.constants).chain(self.constants).copied().chain(switches).collect()
+    }
+
+    /// Number of pipelines.
+    pub fn variants(&self) -> usize {
+        1 << self.switches.len()
     }
 }
 

@@ -26,6 +26,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("JIGGLE_MOST_SHIFT", jiggle::MOST_SHIFT as f64),
         ("JIGGLE_MOST_DRIVE", jiggle::MOST_DRIVE as f64),
     ],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

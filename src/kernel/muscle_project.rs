@@ -23,14 +23,28 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::PEER_AXIS,
         source::PEERS,
         source::HOLD,
+        source::SETTLE,
     ],
     structs: STRUCTS,
     constants: &[("MOST_STIFFNESS", predict::MOST_STIFFNESS as f64)],
+    switches: &[ENDS, PEERS, GRIDS],
     bindings: BINDINGS,
     workgroup: THREADS,
     items_per_workgroup: THREADS,
     twin: "dynamics::project::project",
 };
+
+/// Substeps end: contacts are made exact, and particles get their new places and velocities.
+const ENDS: &str = "ENDS";
+/// Muscles meet muscles.
+const PEERS: &str = "HOLD_PEERS";
+/// Bones are meshes.
+const GRIDS: &str = "TOUCH_GRIDS";
+
+/// The variant that can do this and no more; see the switches.
+pub(crate) fn variant(ends: bool, peers: bool, grids: bool) -> usize {
+    usize::from(!ends) + 2 * usize::from(!peers) + 4 * usize::from(!grids)
+}
 
 const STRUCTS: &[SharedStruct] = &[
     shared::<DynamicsParams>(),

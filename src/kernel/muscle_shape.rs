@@ -20,6 +20,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("ROUNDING", muscle::ROUNDING as f64),
         ("PI", std::f32::consts::PI as f64),
     ],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

@@ -14,6 +14,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     parts: &[source::DISPATCH, source::MATH],
     structs: STRUCTS,
     constants: &[],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

@@ -120,8 +120,15 @@ pub const HOLD: Part = Part {
         ("HOLD_BONES", dynamics::BONES as f64),
         ("HOLD_MUSCLES", dynamics::MUSCLES as f64),
         ("HOLD_SKIN", dynamics::SKIN as f64),
-        ("HOLD_LEAST_TURN", dynamics::LEAST_TURN as f64),
-        ("HOLD_LEAST_WAY_SQUARED", dynamics::LEAST_WAY_SQUARED as f64),
+    ],
+};
+/// The contact passes that end a substep.
+pub const SETTLE: Part = Part {
+    file: "shaders/shared/settle.wgsl",
+    text: include_str!("../../shaders/shared/settle.wgsl"),
+    constants: &[
+        ("SETTLE_LEAST_TURN", dynamics::LEAST_TURN as f64),
+        ("SETTLE_LEAST_WAY_SQUARED", dynamics::LEAST_WAY_SQUARED as f64),
     ],
 };
 /// A particle against another muscle's axis.
@@ -156,7 +163,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 20] = [
+pub const PARTS: [Part; 21] = [
     DISPATCH,
     MATH,
     INVERSE,
@@ -177,6 +184,7 @@ pub const PARTS: [Part; 20] = [
     PEER_AXIS,
     PEERS,
     HOLD,
+    SETTLE,
 ];
 
 /// An assembled kernel.

@@ -18,6 +18,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("ROLE_COPY", Role::Copy as u32 as f64),
         ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
     ],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

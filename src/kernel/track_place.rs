@@ -19,6 +19,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("OPEN_FROM", tracking::OPEN_FROM as f64),
         ("OPEN_RANGE", tracking::OPEN_RANGE as f64),
     ],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

@@ -14,6 +14,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     parts: &[source::DISPATCH, source::MATH, source::QUATERNION],
     structs: STRUCTS,
     constants: &[("ROLE_ACTIVE", Role::Active as u32 as f64)],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

@@ -10,6 +10,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     parts: &[source::DISPATCH],
     structs: STRUCTS,
     constants: &[],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

@@ -18,6 +18,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("TURNS", tracking::TURNS as f64),
         ("WEAKEST_TURN", tracking::WEAKEST_TURN as f64),
     ],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,
