@@ -200,7 +200,7 @@ impl<'a> Reference<'a> {
                     }
                 }
             }
-            KernelId::FieldSample | KernelId::MuscleSample => {}
+            KernelId::FieldSample | KernelId::MuscleSample | KernelId::OperatorSample => {}
         }
     }
 }

@@ -12,6 +12,7 @@ mod muscle_project;
 mod muscle_sample;
 mod muscle_shape;
 mod normals;
+mod operator_sample;
 mod skin_dual_quaternion;
 mod skin_linear;
 
@@ -91,7 +92,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 10] = [
+pub const KERNELS: [Kernel; 11] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     joint_step::KERNEL,
@@ -102,6 +103,7 @@ pub const KERNELS: [Kernel; 10] = [
     normals::KERNEL,
     field_sample::KERNEL,
     muscle_sample::KERNEL,
+    operator_sample::KERNEL,
 ];
 
 /// The description of a kernel.
@@ -117,6 +119,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::Normals => &normals::KERNEL,
         KernelId::FieldSample => &field_sample::KERNEL,
         KernelId::MuscleSample => &muscle_sample::KERNEL,
+        KernelId::OperatorSample => &operator_sample::KERNEL,
     }
 }
 
