@@ -19,6 +19,7 @@ mod muscle_project;
 mod muscle_sample;
 mod muscle_shape;
 mod normals;
+mod operator_sample;
 mod render;
 mod repo;
 mod skin_dual_quaternion;

@@ -253,7 +253,7 @@ impl<'a> Reference<'a> {
                     }
                 }
             }
-            KernelId::FieldSample | KernelId::MuscleSample => {}
+            KernelId::FieldSample | KernelId::MuscleSample | KernelId::OperatorSample => {}
         }
     }
 }

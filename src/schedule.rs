@@ -232,6 +232,8 @@ pub enum KernelId {
     FieldSample,
     /// Muscles alone at given points; no part of a frame.
     MuscleSample,
+    /// Operators on given pairs of samples; no part of a frame.
+    OperatorSample,
 }
 
 /// A position buffer of an instance.

@@ -73,7 +73,11 @@ fn the_sample_shows_every_key_of_the_schema() {
     let unshown = |sample: &str| {
         let tables = schema["$defs"].as_object().expect("definitions").values().chain([&schema]);
         let keys = tables.filter_map(|t| t["properties"].as_object()).flat_map(|p| p.keys());
-        let shows = |key: &str| sample.contains(&format!("{key} =")) || sample.contains(&format!("{key}]"));
+        let shows = |key: &str| {
+            sample.contains(&format!("{key} ="))
+                || sample.contains(&format!("{key}]"))
+                || sample.contains(&format!("[{key}."))
+        };
         keys.filter(|key| !shows(key)).cloned().collect::<Vec<_>>()
     };
     assert_eq!(unshown(&sample), Vec::<String>::new());

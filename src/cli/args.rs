@@ -269,7 +269,7 @@ pub struct Figures {
     /// Folder for figure_2.png and so on
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
-    /// Only these figures, T3 for the table; 4, 5, 6, 8, 12, 13, A16 and T3 need no adapter [default: 2,3,4,5,6,7,8,11,12,13,14,15,A16,T3]
+    /// Only these figures, T3 for the table; 4, 5, 6, 8, 9, 12, 13, A16 and T3 need no adapter [default: 2,3,4,5,6,7,8,9,11,12,13,14,15,A16,T3]
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     pub only: Vec<Figure>,
     #[command(flatten)]

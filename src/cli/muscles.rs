@@ -15,6 +15,7 @@ struct Edited {
     added: Vec<String>,
     updated: Vec<String>,
     bones: Vec<String>,
+    joints: Vec<String>,
     alone: Vec<String>,
 }
 
@@ -40,6 +41,7 @@ fn mirror(args: &MusclesMirror) -> Result<(), Failure> {
         added: done.added,
         updated: done.updated,
         bones: done.bones,
+        joints: done.joints,
         alone: done.alone,
     };
     print::result(args.json, &edited, text)
@@ -54,10 +56,10 @@ fn copy(args: &MusclesCopy) -> Result<(), Failure> {
     let to: Vec<&str> = args.to.iter().map(String::as_str).collect();
     document.copy(&args.from, &to, &settings).map_err(Failure::input)?;
     write(&args.output, &document)?;
-    let (added, bones, alone) = Default::default();
+    let (added, bones, joints, alone) = Default::default();
     print::result(
         args.json,
-        &Edited { output: args.output.clone(), added, updated: args.to.clone(), bones, alone },
+        &Edited { output: args.output.clone(), added, updated: args.to.clone(), bones, joints, alone },
         text,
     )
 }
@@ -73,6 +75,7 @@ fn text(edited: &Edited) -> String {
         ("added", &edited.added),
         ("updated", &edited.updated),
         ("bone shapes", &edited.bones),
+        ("joint operators", &edited.joints),
         ("without a partner", &edited.alone),
     ];
     let lines = counts.iter().filter(|(_, names)| !names.is_empty());

@@ -18,6 +18,7 @@ mod fibres;
 #[cfg(feature = "gpu")]
 mod flexion;
 mod motion;
+mod operators;
 pub mod plot;
 mod profiles;
 mod projection;
@@ -54,6 +55,8 @@ pub enum Figure {
     Fibres,
     /// 8: the constraints of a muscle.
     Constraints,
+    /// 9: a section composed by three operators.
+    Operators,
     /// 11: calf and back in their states.
     States,
     /// 12: time over the number of particles.
@@ -115,7 +118,7 @@ pub struct Drawn {
 
 impl Figure {
     /// All figures in the paper's order.
-    pub const ALL: [Figure; 14] = [
+    pub const ALL: [Figure; 15] = [
         Figure::Flexion,
         Figure::Anatomy,
         Figure::Projection,
@@ -123,6 +126,7 @@ impl Figure {
         Figure::Activation,
         Figure::Fibres,
         Figure::Constraints,
+        Figure::Operators,
         Figure::States,
         Figure::Times,
         Figure::Volume,
@@ -142,6 +146,7 @@ impl Figure {
             Figure::Activation => "6",
             Figure::Fibres => "7",
             Figure::Constraints => "8",
+            Figure::Operators => "9",
             Figure::States => "11",
             Figure::Times => "12",
             Figure::Volume => "13",
@@ -162,6 +167,7 @@ impl Figure {
             Figure::Activation => "profile from rest to activation",
             Figure::Fibres => "pectoral and shoulder muscles as fibres",
             Figure::Constraints => "constraints of a muscle",
+            Figure::Operators => "limb and muscle composed by three operators",
             Figure::States => "calf least and most activated, and a back muscle",
             Figure::Times => "time a frame over the particles of a muscle",
             Figure::Volume => "volume over a curl, a shaking and a bend",
@@ -200,6 +206,7 @@ impl Figure {
             Figure::Activation => profiles::activation(),
             Figure::Profiles => profiles::profiles(),
             Figure::Constraints => constraints::figure(self.arm(stage)?),
+            Figure::Operators => operators::figure(),
             Figure::Volume => volume::figure(self.arm(stage)?),
             Figure::Times => times::figure(stage),
             Figure::Solvers => solvers::figure(stage),
@@ -269,8 +276,8 @@ mod tests {
             assert_eq!(figure.number().parse::<Figure>().ok(), Some(figure));
         }
         assert_eq!("a.16".parse::<Figure>().ok(), Some(Figure::Profiles));
-        let error = "9".parse::<Figure>().expect_err("not ours").to_string();
-        assert!(error.contains("\"9\" is no figure") && error.contains("3, 4, 5"), "{error}");
+        let error = "10".parse::<Figure>().expect_err("not ours").to_string();
+        assert!(error.contains("\"10\" is no figure") && error.contains("3, 4, 5"), "{error}");
     }
 
     #[test]

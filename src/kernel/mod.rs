@@ -11,6 +11,7 @@ pub(crate) mod muscle_project;
 mod muscle_sample;
 mod muscle_shape;
 mod normals;
+mod operator_sample;
 mod skin_dual_quaternion;
 mod skin_linear;
 mod track_carry;
@@ -108,6 +109,7 @@ impl Kernel {
 
 /// Every kernel.
 pub const KERNELS: [Kernel; 15] = [
+pub const KERNELS: [Kernel; 11] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     joint_step::KERNEL,
@@ -123,6 +125,7 @@ pub const KERNELS: [Kernel; 15] = [
     normals::KERNEL,
     field_sample::KERNEL,
     muscle_sample::KERNEL,
+    operator_sample::KERNEL,
 ];
 
 /// The description of a kernel.
@@ -143,6 +146,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::Normals => &normals::KERNEL,
         KernelId::FieldSample => &field_sample::KERNEL,
         KernelId::MuscleSample => &muscle_sample::KERNEL,
+        KernelId::OperatorSample => &operator_sample::KERNEL,
     }
 }
 

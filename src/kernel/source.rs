@@ -155,6 +155,30 @@ pub const FIELD: Part = Part {
     ],
 };
 
+/// The clean union of two fields.
+pub const CLEAN_UNION: Part = Part {
+    file: "shaders/shared/clean_union.wgsl",
+    text: include_str!("../../shaders/shared/clean_union.wgsl"),
+    constants: &[
+        ("CLEAN_SURFACE", compose::SURFACE as f64),
+        ("CLEAN_SMALL", compose::SMALL as f64),
+        ("CLEAN_ITERATIONS", compose::ITERATIONS as f64),
+    ],
+};
+/// Operators that join two limbs.
+pub const JOINT: Part = Part {
+    file: "shaders/shared/joint.wgsl",
+    text: include_str!("../../shaders/shared/joint.wgsl"),
+    constants: &[
+        ("JOINT_CLOSED", compose::CLOSED as f64),
+        ("JOINT_PIECES", compose::PIECES as f64),
+        ("JOINT_UNION", compose::PROFILE_UNION as f64),
+        ("JOINT_BULGE", compose::PROFILE_BULGE as f64),
+        ("JOINT_SURFACE", compose::SURFACE as f64),
+        ("JOINT_STEPS", compose::STEPS as f64),
+    ],
+};
+
 /// A vertex's own side of a contact.
 pub const CONTACT: Part = Part {
     file: "shaders/shared/contact.wgsl",
@@ -163,7 +187,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 21] = [
+pub const PARTS: [Part; 22] = [
     DISPATCH,
     MATH,
     INVERSE,
@@ -177,6 +201,8 @@ pub const PARTS: [Part; 21] = [
     MUSCLE_FIELD,
     GRID,
     FIELD,
+    CLEAN_UNION,
+    JOINT,
     CONTACT,
     RUN,
     TOUCH,

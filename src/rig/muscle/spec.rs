@@ -1,5 +1,6 @@
 //! A muscle as its author gives it: ends, shapes, size, keys, drivers.
 
+use crate::field::compose::JointOperator;
 use crate::field::muscle::{
     axis::{MAX_SEGMENTS, MIN_SEGMENTS},
     profile::{MAX_ECCENTRICITY, MAX_EXPONENT},
@@ -336,6 +337,15 @@ pub enum BoneShape {
     },
     /// A mesh of the character's file, by name.
     Mesh(String),
+}
+
+/// How the limbs at a joint are joined, where the muscle file says it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JointSpec {
+    /// Name of the joint: the elbow is the lower arm's.
+    pub joint: String,
+    /// What joins the joint's limb to its parent's.
+    pub operator: JointOperator,
 }
 
 /// A bone whose shape the muscle file gives.

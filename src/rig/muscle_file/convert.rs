@@ -3,14 +3,14 @@
 use super::curve::{CurveTable, Exact, ShapeCurveTable};
 use super::place::Fault;
 use super::tables::{
-    ActiveTable, AngleTable, AttachmentTable, BoneTable, CollidesName, DriverTable, FibresTable, KeysTable,
+    ActiveTable, AngleTable, AttachmentTable, BoneTable, CollidesName, DriverTable, FibresTable, JointTable, KeysTable,
     LengthTable, MuscleTable, TimeTable,
 };
 use crate::error::is_unprintable;
 use crate::rig::muscle::check::{self, Wrong};
 use crate::rig::muscle::{
-    Attachment, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
-    MuscleSize, MuscleSpec, ShapeCurve, Source,
+    Attachment, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, JointSpec, Keys,
+    MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source,
 };
 use glam::Vec3;
 
@@ -125,6 +125,11 @@ pub(super) fn bone(table: BoneTable) -> Checked<BoneSpec> {
     Ok(BoneSpec { bone: name("bone", table.bone)?, shape })
 }
 
+/// One joint's operator; keys of faults are the table's own.
+pub(super) fn joint(joint: String, table: &JointTable) -> Checked<JointSpec> {
+    Ok(JointSpec { joint: name("", joint)?, operator: table.operator.into() })
+}
+
 /// The character's name.
 pub(super) fn character(name: String) -> Checked<String> {
     self::name("name", name)
@@ -228,7 +233,7 @@ fn shape_curve(table: ShapeCurveTable) -> ShapeCurve {
 }
 
 fn name(key: &str, name: String) -> Checked<String> {
-    let what = key.rsplit('.').next().unwrap_or(key);
+    let what = if key.is_empty() { "the name" } else { key.rsplit('.').next().unwrap_or(key) };
     if name.is_empty() && key != "collision_group" {
         return Err(Fault::new(key, format!("{what} is empty; give it a name")));
     }

@@ -3,8 +3,9 @@
 use super::write::{self, Detail};
 use super::{MuscleFile, SideNames, mirror, place};
 use crate::error::MuscleFileError;
+use crate::field::compose::JointOperator;
 use crate::rig::Character;
-use crate::rig::muscle::{BoneSpec, Drive, MuscleSpec};
+use crate::rig::muscle::{BoneSpec, Drive, JointSpec, MuscleSpec};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike, Value};
@@ -48,6 +49,8 @@ pub struct Mirrored {
     pub updated: Vec<String>,
     /// Bones whose shape was added or brought in line.
     pub bones: Vec<String>,
+    /// Joints whose operator was added or brought in line.
+    pub joints: Vec<String>,
     /// Muscles without a partner: no pattern matches their names.
     pub alone: Vec<String>,
 }
@@ -111,6 +114,14 @@ impl Document {
         self.change(|document| document.push("muscle", write::muscle(spec, Detail::Needed)))
     }
 
+    /// Sets what joins the limbs at a joint.
+    ///
+    /// # Errors
+    /// A file that would no longer be good; it is then left as it was.
+    pub fn set_joint(&mut self, joint: &str, operator: JointOperator) -> Result<(), MuscleFileError> {
+        self.change(|document| document.put_joint(joint, operator))
+    }
+
     /// Copies settings from one muscle to others.
     ///
     /// # Errors
@@ -158,6 +169,11 @@ impl Document {
             let partner = mirror::bone(spec, character, names);
             bones.push(partner.map_err(|what| place::at_key(&file.text, &self.path, &format!("bone[{i}]"), &what))?);
         }
+        let joints = file.joints.iter().filter(|spec| names.partner(&spec.joint).is_some()).map(|spec| {
+            let located = |what: String| place::at_key(&file.text, &self.path, &place::of_joint(&spec.joint), &what);
+            mirror::joint(spec, character, names).map_err(located)
+        });
+        let joints = joints.collect::<Result<Vec<JointSpec>, _>>()?;
         self.change(|document| {
             for (source, partner) in &pairs {
                 if let Some(old) = file.muscle(&partner.name) {
@@ -180,6 +196,10 @@ impl Document {
                     _ => document.push("bone", table)?,
                 }
                 done.bones.push(partner.bone);
+            }
+            for partner in joints {
+                document.put_joint(&partner.joint, partner.operator)?;
+                done.joints.push(partner.joint);
             }
             Ok(())
         })?;
@@ -209,6 +229,23 @@ impl Document {
     fn muscle(&mut self, name: &str) -> Result<&mut Table, String> {
         let tables = self.tables("muscle").ok_or_else(|| FORM.to_owned())?;
         tables.iter_mut().find(|t| is(t, "name", name)).ok_or_else(|| format!("there is no muscle `{name}`"))
+    }
+
+    fn put_joint(&mut self, joint: &str, operator: JointOperator) -> Result<(), String> {
+        let mut all = Table::new();
+        all.set_implicit(true);
+        let form = || "`joints` is no table; write [joints.NAME] for each joint".to_owned();
+        let joints = self.tree.entry("joints").or_insert(Item::Table(all)).as_table_like_mut().ok_or_else(form)?;
+        let name = toml_edit::value(operator.name());
+        if let Some(stands) = joints.get_mut(joint) {
+            put(stands.as_table_like_mut().ok_or_else(form)?, "operator", &name);
+            return Ok(());
+        }
+        let mut table = Table::new();
+        table.decor_mut().set_prefix("\n");
+        table.insert("operator", name);
+        joints.insert(joint, Item::Table(table));
+        Ok(())
     }
 
     /// Adds a table behind those of its kind, or behind everything.

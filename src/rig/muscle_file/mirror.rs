@@ -3,7 +3,7 @@
 use super::SideNames;
 use crate::error::MuscleError;
 use crate::rig::Character;
-use crate::rig::muscle::{Attachment, BodySide, BoneShape, BoneSpec, MuscleSpec, Source};
+use crate::rig::muscle::{Attachment, BodySide, BoneShape, BoneSpec, JointSpec, MuscleSpec, Source};
 use glam::{DMat4, DVec3, Vec3};
 
 /// Numbers are written to the micrometre: finer ones only make a file hard to read.
@@ -63,6 +63,13 @@ pub(super) fn bone(spec: &BoneSpec, character: &Character, names: &SideNames) ->
         BoneShape::Mesh(name) => BoneShape::Mesh(names.other(name)),
     };
     Ok(BoneSpec { bone: other, shape })
+}
+
+/// The partner of a joint; `Err` names what is missing.
+pub(super) fn joint(spec: &JointSpec, character: &Character, names: &SideNames) -> Result<JointSpec, String> {
+    let joint = names.other(&spec.joint);
+    Across::new(character, &spec.joint, &joint)?;
+    Ok(JointSpec { joint, operator: spec.operator })
 }
 
 /// From one bone's space through the mirror into its partner's.

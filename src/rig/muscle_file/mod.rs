@@ -24,9 +24,9 @@ pub use schema::schema;
 use crate::error::{BoneError, MuscleError, MuscleFileError, one_line};
 use crate::rig::Character;
 use crate::rig::drive::load_tables;
-use crate::rig::muscle::{BoneSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint};
+use crate::rig::muscle::{BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint};
 use place::Fault;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +44,8 @@ pub struct MuscleFile {
     pub muscles: Vec<MuscleSpec>,
     /// Bones whose shape for collisions the file gives.
     pub bones: Vec<BoneSpec>,
+    /// Joints whose operator the file gives, by name.
+    pub joints: Vec<JointSpec>,
     /// What is odd but accepted, one line each, with file, line and column.
     pub notes: Vec<String>,
     path: PathBuf,
@@ -88,12 +90,13 @@ pub fn parse(text: &str, path: &Path) -> Result<MuscleFile, MuscleFileError> {
     let character = file.character.name.map(convert::character).transpose();
     let character = character.map_err(|fault| placed(fault.within("character", "the character")))?;
     let (muscles, bones) = specs(file.muscles, file.bones).map_err(placed)?;
+    let joints = joints(file.joints).map_err(placed)?;
     let notes = muscles.iter().enumerate().flat_map(|(i, spec)| {
         let whose = format!("muscle `{}`", spec.name);
         convert::notes(spec).into_iter().map(move |note| note.within(&format!("muscle[{i}]"), &whose))
     });
     let notes = notes.take(MAX_NOTES).map(|note| placed(note).to_string()).collect();
-    Ok(MuscleFile { character, muscles, bones, notes, path: path.into(), text: text.into() })
+    Ok(MuscleFile { character, muscles, bones, joints, notes, path: path.into(), text: text.into() })
 }
 
 /// Notes that are kept: finding each one's line reads the file again, and nobody reads more of them.
@@ -128,6 +131,17 @@ fn specs(
         shapes.push(convert::bone(table).map_err(|fault| fault.within(&place, &whose))?);
     }
     Ok((specs, shapes))
+}
+
+fn joints(tables: BTreeMap<String, tables::JointTable>) -> Result<Vec<JointSpec>, Fault> {
+    if tables.len() > MAX_MUSCLES {
+        return Err(Fault::new("joints", format!("{} joints; a file holds at most {MAX_MUSCLES}", tables.len())));
+    }
+    let joint = |(name, table): (String, tables::JointTable)| {
+        let (place, whose) = (place::of_joint(&name), format!("joint `{}`", one_line(&name)));
+        convert::joint(name, &table).map_err(|fault| fault.within(&place, &whose))
+    };
+    tables.into_iter().map(joint).collect()
 }
 
 impl MuscleFile {
@@ -172,6 +186,12 @@ impl MuscleFile {
                     find_driver_joint(spec, number, character, joint).map_err(|error| self.locate(&error))?;
                 }
             }
+        }
+        for spec in &self.joints {
+            find_joint(&spec.joint, character).map_err(|nearest| {
+                let what = format!("joint `{}`: the character has no such joint; nearest names: {nearest}", spec.joint);
+                place::at_key(&self.text, &self.path, &place::of_joint(&spec.joint), &what)
+            })?;
         }
         for spec in &self.bones {
             find_joint(&spec.bone, character)

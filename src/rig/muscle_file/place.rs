@@ -63,23 +63,42 @@ pub(super) fn bone_index(text: &str, bone: &str) -> Option<usize> {
     index(text, "bone", "bone", bone)
 }
 
+/// The key of a joint's table; names may hold anything, dots included.
+pub(super) fn of_joint(name: &str) -> String {
+    format!("joints.\"{name}\"")
+}
+
 fn index(text: &str, tables: &str, key: &str, wanted: &str) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;
     let entries = document.get_ref().get(tables)?.get_ref().as_array()?;
     entries.iter().position(|e| e.get_ref().get(key).and_then(|n| n.get_ref().as_str()) == Some(wanted))
 }
 
+/// The steps of a key: names, and numbers of items. What stands in quotes is one name.
+fn steps(key: &str) -> Vec<(&str, Option<usize>)> {
+    let mut found = Vec::new();
+    for (i, piece) in key.splitn(3, '"').enumerate() {
+        if i == 1 {
+            found.push((piece, None));
+        } else {
+            let plain = piece.split(['.', '[', ']']).filter(|step| !step.is_empty());
+            found.extend(plain.map(|step| (step, step.parse().ok())));
+        }
+    }
+    found
+}
+
 /// First byte of the value at a key such as `muscle[3].keys.width[2]`.
 fn byte_of(text: &str, key: &str) -> usize {
     let Ok(document) = DeTable::parse(text) else { return 0 };
-    let mut steps = key.split(['.', '[', ']']).filter(|step| !step.is_empty());
-    let Some(mut here) = steps.next().and_then(|first| document.get_ref().get(first)) else { return 0 };
-    for step in steps {
-        let next = match (step.parse::<usize>(), here.get_ref()) {
+    let mut steps = steps(key).into_iter();
+    let Some(mut here) = steps.next().and_then(|(first, _)| document.get_ref().get(first)) else { return 0 };
+    for (step, index) in steps {
+        let next = match (index, here.get_ref()) {
             // Keys with an `ease` stand one level deeper than keys without.
-            (Ok(index), DeValue::Table(table)) => table.get("points").and_then(|points| points.get_ref().get(index)),
-            (Ok(index), value) => value.get(index),
-            (Err(_), value) => value.get(step),
+            (Some(index), DeValue::Table(table)) => table.get("points").and_then(|points| points.get_ref().get(index)),
+            (Some(index), value) => value.get(index),
+            (None, value) => value.get(step),
         };
         match next {
             Some(next) => here = next,
@@ -110,6 +129,9 @@ mod tests {
         assert_eq!(shown("muscle[1].alpha"), "4\n");
         assert_eq!(shown("muscle[1].beta"), "\"é\"\n");
         assert_eq!(byte_of(text, "nothing[7].here"), 0);
+        let joints = "joints = { \"a.b[1]\" = { operator = \"union\" }, 3 = {} }";
+        assert_eq!(&joints[byte_of(joints, &format!("{}.operator", of_joint("a.b[1]")))..][..7], "\"union\"");
+        assert_eq!(&joints[byte_of(joints, &of_joint("3"))..], "{} }");
         assert_eq!(muscle_index(text, "é"), Some(1));
         assert_eq!(muscle_index(text, "b"), None);
     }

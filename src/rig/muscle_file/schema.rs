@@ -84,6 +84,7 @@ mod tests {
             ("AngleTable", driver("angle = { zzz = 1 }")),
             ("TimeTable", driver("table = { zzz = 1 }")),
             ("BoneTable", "[[bone]]\nzzz = 1".into()),
+            ("JointTable", "[joints.a]\nzzz = 1".into()),
             ("CapsuleTable", "[[bone]]\ncapsule = { zzz = 1 }".into()),
         ] {
             let mut known: Vec<String> = known(&text).iter().map(|key| format!("{table}.{key}")).collect();

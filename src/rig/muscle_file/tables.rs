@@ -3,9 +3,11 @@
 
 use super::curve::Exact;
 use super::curve::{CurveTable, ShapeCurveTable};
+use crate::field::compose::JointOperator;
 use crate::rig::muscle::{BodySide, Combine, Ease};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// The muscles of one character. Metres, radians, seconds.
 #[derive(Deserialize, JsonSchema)]
@@ -21,6 +23,9 @@ pub(super) struct File {
     /// Shapes of bones, for collisions.
     #[serde(default, rename = "bone")]
     pub bones: Vec<BoneTable>,
+    /// How limbs are joined, by the name of the joint between them: that of the limb farther from the body.
+    #[serde(default)]
+    pub joints: BTreeMap<String, JointTable>,
 }
 
 /// The character.
@@ -265,6 +270,31 @@ pub(super) enum EaseName {
     Cubic,
 }
 
+/// A joint.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct JointTable {
+    /// What joins the fields of the two limbs: union and blend at any angle; contact (elbow is the same), elbow2, test-elbow,
+    /// finger, finger2 and camel open from the union to the blend by the angle between them; bulge swells in the fold.
+    pub operator: OperatorName,
+}
+
+/// An operator that joins two limbs.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum OperatorName {
+    Union,
+    Blend,
+    Contact,
+    Bulge,
+    Elbow,
+    Elbow2,
+    TestElbow,
+    Finger,
+    Finger2,
+    Camel,
+}
+
 /// The shape of a bone for collisions: a capsule or a mesh.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -296,6 +326,23 @@ impl From<SideName> for BodySide {
             SideName::Left => BodySide::Left,
             SideName::Right => BodySide::Right,
             SideName::Centre => BodySide::Centre,
+        }
+    }
+}
+
+impl From<OperatorName> for JointOperator {
+    fn from(name: OperatorName) -> JointOperator {
+        match name {
+            OperatorName::Union => JointOperator::Union,
+            OperatorName::Blend => JointOperator::Blend,
+            OperatorName::Contact => JointOperator::Contact,
+            OperatorName::Bulge => JointOperator::Bulge,
+            OperatorName::Elbow => JointOperator::Elbow,
+            OperatorName::Elbow2 => JointOperator::Elbow2,
+            OperatorName::TestElbow => JointOperator::TestElbow,
+            OperatorName::Finger => JointOperator::Finger,
+            OperatorName::Finger2 => JointOperator::Finger2,
+            OperatorName::Camel => JointOperator::Camel,
         }
     }
 }

@@ -190,6 +190,7 @@ fn wanted_words(wanted: &str, place: &Place) -> String {
             return format!("a whole number from {} to {}", range.start(), range.end());
         }
         "f32" => "a number",
+        "a map" => "a table, [joints.NAME] for each joint",
         "a boolean" => "true or false",
         "a string" => "text in quotes",
         "a sequence" => match key {
@@ -218,6 +219,7 @@ fn words_of(key: &str) -> &'static str {
         "collides" => "\"bones\", \"muscles\" or \"skin\"",
         "side" => "\"left\", \"right\" or \"centre\"",
         "combine" => "\"max\", \"add\" or \"multiply\"",
+        "operator" => "the name of an operator in quotes, \"contact\"",
         "ease" => "\"linear\", \"step\" or \"cubic\"",
         _ => "text in quotes",
     }

@@ -1,4 +1,5 @@
 use super::super::*;
+use crate::field::compose::JointOperator;
 use crate::rig::muscle::{
     Attachment, BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
     MuscleSize, ShapeCurve,
@@ -340,4 +341,32 @@ fn capsules_are_reflected() {
         assert!(reflected(left).distance(right) < 1e-5);
     }
     assert!(ends(0).iter().zip(ends(1)).any(|(left, right)| left.distance(right) > 0.1), "not all lie in the plane");
+}
+
+#[test]
+fn joints_are_set_in_place_and_mirrored() {
+    let joints = "[joints.arm_l] # the shoulder\noperator = \"finger\"   # for now\n";
+    let text = format!("{LEFT}\n{joints}");
+    assert_eq!(document(&text).to_string(), text);
+    let mut edited = document(&text);
+    edited.set_joint("arm_l", JointOperator::Bulge).expect("set");
+    assert_eq!(edited.to_string(), text.replace("finger", "bulge"), "comments stay");
+    edited.set_joint("chest", JointOperator::Union).expect("set");
+    let added = edited.to_string();
+    assert!(added.ends_with("\n[joints.chest]\noperator = \"union\"\n"), "{added}");
+    assert!(edited.set_joint("", JointOperator::Union).is_err());
+    assert_eq!(edited.to_string(), added, "a refused edit is taken back");
+
+    let done = edited.mirror(&two_arms(), &SideNames::left_to_right()).expect("mirrored");
+    assert_eq!(done.joints, ["arm_r"]);
+    let file = edited.file().expect("good");
+    let operators: Vec<_> = file.joints.iter().map(|j| (j.joint.as_str(), j.operator)).collect();
+    let (bulge, union) = (JointOperator::Bulge, JointOperator::Union);
+    assert_eq!(operators, [("arm_l", bulge), ("arm_r", bulge), ("chest", union)]);
+    let mut fresh = document(LEFT);
+    fresh.set_joint("arm_l", JointOperator::Blend).expect("set");
+    assert_eq!(fresh.to_string(), format!("{LEFT}\n[joints.arm_l]\noperator = \"blend\"\n"));
+    let mut inline = document("joints = { a = { operator = \"union\" } }\n");
+    inline.set_joint("b", JointOperator::Blend).expect("set");
+    assert_eq!(inline.file().expect("good").joints.len(), 2, "{inline}");
 }

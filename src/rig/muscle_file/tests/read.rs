@@ -1,4 +1,5 @@
 use super::super::*;
+use crate::field::compose::JointOperator;
 use crate::rig::muscle::{
     BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize,
     ShapeCurve,
@@ -395,4 +396,51 @@ fn a_list_of_collisions_leaves_out_what_it_does_not_name() {
     assert_eq!(of(""), Collides::default());
     assert_eq!(of("collides = []"), Collides { bones: false, muscles: false, skin: false });
     assert_eq!(of("collides = [\"muscles\", \"muscles\"]"), Collides { bones: false, muscles: true, skin: false });
+}
+
+#[test]
+fn joints_are_read_by_name() {
+    let text = "joints.b = { operator = \"union\" }\n[joints.\"arm.L\"]\noperator = \"test-elbow\" # folds\n";
+    let spec = |joint: &str, operator| JointSpec { joint: joint.into(), operator };
+    let expected = [spec("arm.L", JointOperator::TestElbow), spec("b", JointOperator::Union)];
+    assert_eq!(read_text(text).joints, expected);
+    assert!(read_text(GOOD).joints.is_empty());
+    for operator in JointOperator::ALL {
+        let file = read_text(&format!("[joints.a]\noperator = \"{}\"\n", operator.name()));
+        assert_eq!(file.joints, [spec("a", operator)]);
+    }
+}
+
+#[test]
+fn mistakes_at_joints_name_line_and_column() {
+    for (text, start) in [
+        (
+            "[joints.a]\noperator = \"elbo\"",
+            "2:12: unknown value `elbo`; did you mean `elbow`? Known are union, blend,",
+        ),
+        ("[joints.a]\noperater = \"elbow\"", "2:1: unknown key `operater`; did you mean `operator`?"),
+        ("[joints.a]\noperator = 3", "2:12: `operator` must be the name of an operator in quotes"),
+        ("[joints.a]", "1:1: key `operator` of `a` is missing"),
+        ("joints = 3", "1:10: `joints` is 3, and must be a table, [joints.NAME]"),
+        ("joints.a = 3", "1:12: `a` is 3, and must be a table"),
+        ("[joints.a]\noperator = \"union\"\n[joints.a]\n", "3:"),
+        ("x = 1\n[joints.\"\"]\noperator = \"union\"", "1:1: unknown key `x`"),
+        ("[joints.\"\"]\noperator = \"union\"", "1:"),
+    ] {
+        let message = failure(text);
+        assert!(message.starts_with(&format!("arm.muscles.toml:{start}")), "{message}");
+    }
+    let character = crate::rig::Character {
+        joints: vec![crate::rig::Joint {
+            name: "arm.L".into(),
+            parent: None,
+            node: 0,
+            inverse_bind: glam::Mat4::IDENTITY,
+        }],
+        ..Default::default()
+    };
+    let checked = |name: &str| read_text(&format!("\n[joints.\"{name}\"]\noperator = \"union\"\n")).check(&character);
+    assert!(checked("arm.L").is_ok());
+    let message = checked("arm.l2").expect_err("no such joint").to_string();
+    assert!(message.starts_with("arm.muscles.toml:2:") && message.contains("nearest names: arm.L"), "{message}");
 }
