@@ -108,8 +108,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 15] = [
-pub const KERNELS: [Kernel; 11] = [
+pub const KERNELS: [Kernel; 16] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     joint_step::KERNEL,

@@ -13,6 +13,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     parts: &[source::DISPATCH, source::MATH, source::TRANSFER, source::CLEAN_UNION, source::JOINT],
     structs: STRUCTS,
     constants: &[("CLEAN_UNION", compose::CLEAN_UNION as f64)],
+    switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,

@@ -187,7 +187,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 22] = [
+pub const PARTS: [Part; 23] = [
     DISPATCH,
     MATH,
     INVERSE,
