@@ -21,10 +21,10 @@ fn main(
     let a = Sample(left[index].w, left[index].xyz);
     let b = Sample(right[index].w, right[index].xyz);
     var found: Sample;
-    if params.operator.profile == CLEAN_UNION {
+    if params.joint.profile == CLEAN_UNION {
         found = clean_union(a, b);
     } else {
-        found = joint_join(a, b, params.operator);
+        found = joint_join(a, b, params.joint);
     }
     samples[index] = vec4<f32>(found.gradient, found.value);
 }

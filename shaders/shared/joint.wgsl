@@ -79,21 +79,21 @@ fn joint_values(profile: u32, big: f32, small: f32, t: f32) -> vec3<f32> {
 }
 
 // Two limbs joined. Where either has no gradient there is no angle, and the larger one is taken whole.
-fn joint_join(a: Sample, b: Sample, operator: JointOperatorParams) -> Sample {
+fn joint_join(a: Sample, b: Sample, own: JointOperatorParams) -> Sample {
     var big = a;
     var small = b;
     if b.value > a.value {
         big = b;
         small = a;
     }
-    if operator.profile == JOINT_UNION || small.value <= 0.0 || big.value >= JOINT_CLOSED {
+    if own.profile == JOINT_UNION || small.value <= 0.0 || big.value >= JOINT_CLOSED {
         return big;
     }
     let length = sqrt(math_dot(big.gradient, big.gradient)) * sqrt(math_dot(small.gradient, small.gradient));
     if length <= 0.0 {
         return big;
     }
-    let t = joint_opening(operator.table, math_dot(big.gradient, small.gradient) / length);
-    let found = joint_values(operator.profile, big.value, small.value, t);
+    let t = joint_opening(own.table, math_dot(big.gradient, small.gradient) / length);
+    let found = joint_values(own.profile, big.value, small.value, t);
     return Sample(found.x, big.gradient * found.y + small.gradient * found.z);
 }

@@ -21,9 +21,8 @@ const STEP: f32 = 0.005;
 /// Distance of the arrows, and their length.
 const ARROWS: f32 = 0.1;
 const ARROW: f32 = 0.075;
-/// Values between which the march moves vertices, with room.
-const BAND: std::ops::Range<f32> = 0.15..0.97;
-/// Inside this distance from the bone the limb's own field has its peak.
+/// Places of less value are not counted, nor those nearer to the bone, where the limb's own field has its peak.
+const LEAST: f32 = 0.15;
 const CORE: f32 = 0.3;
 /// Arrows that lead away from the bone.
 const WRONG: [u8; 3] = [255, 84, 62];
@@ -85,9 +84,9 @@ impl Limb {
 struct Faults {
     /// Places round which the gradient turns once: it is zero there, or has no direction.
     singular: Vec<[f64; 2]>,
-    /// Share of the band's places where it leads away from the bone.
+    /// Share of the places where it leads away from the bone.
     wrong: f64,
-    /// Largest angle between neighbours in the band, degrees.
+    /// Largest angle between neighbours, degrees.
     turn: f64,
     /// Ends of the pieces of the surface.
     surface: Vec<[[f64; 2]; 2]>,
@@ -123,15 +122,15 @@ fn faults(limb: &Limb, operator: Operator) -> Faults {
             let own = samples[j * columns + i];
             let round =
                 [own, samples[j * columns + i + 1], samples[(j + 1) * columns + i + 1], samples[(j + 1) * columns + i]];
-            if BAND.contains(&own.value) {
+            if own.value > LEAST && x.hypot(y) > CORE {
                 seen += 1;
                 wrong += u32::from(leads_away(x, y, &own));
                 let most = turn(&own, &round[1]).abs().max(turn(&own, &round[3]).abs());
                 found.turn = found.turn.max(most);
-            }
-            let whole: f64 = (0..4).map(|k| turn(&round[k], &round[(k + 1) % 4])).sum();
-            if own.value > BAND.start && x.hypot(y) > CORE && whole.abs() > 180.0 {
-                found.singular.push([x, y].map(|v| f64::from(v + 0.5 * STEP)));
+                let whole: f64 = (0..4).map(|k| turn(&round[k], &round[(k + 1) % 4])).sum();
+                if whole.abs() > 180.0 {
+                    found.singular.push([x, y].map(|v| f64::from(v + 0.5 * STEP)));
+                }
             }
             found.surface.extend(crossing([x, y], &round));
         }
@@ -154,7 +153,7 @@ fn crossing([x, y]: [f32; 2], round: &[Sample; 4]) -> Option<[[f64; 2]; 2]> {
     Some([ends.next()?, ends.next()?])
 }
 
-/// An arrow along the gradient as a line with a barb, whether it leads away from the bone, and the value where it starts.
+/// Arrows along the gradient, shafts and heads; red where they lead away from the bone.
 fn arrows(limb: &Limb, operator: Operator) -> Vec<(Vec<[f64; 2]>, [u8; 3], f64)> {
     let [[left, right], [bottom, top]] = SHOWN;
     let (columns, rows) = (((right - left) / ARROWS) as u32, ((top - bottom) / ARROWS) as u32);
@@ -176,7 +175,8 @@ fn arrows(limb: &Limb, operator: Operator) -> Vec<(Vec<[f64; 2]>, [u8; 3], f64)>
             false => [255; 3],
         };
         let width = if color == WRONG { 2.2 } else { 1.3 };
-        lines.push((vec![at(middle - along * 0.5), at(to), barb(1.0), at(to), barb(-1.0)], color, width));
+        lines.push((vec![at(middle - along * 0.5), at(to)], color, width));
+        lines.push((vec![barb(1.0), at(to), barb(-1.0)], color, width));
     }
     lines
 }
@@ -210,7 +210,7 @@ pub(super) fn figure() -> Result<Drawn, FigureError> {
         let middle = f64::from(inner.left) + 0.5 * f64::from(inner.width);
         let singular = found.singular.len();
         let note = format!(
-            "{singular} singular points, {:.2} % of the gradients lead away from the bone",
+            "singular points: {singular}; {:.2} % of the gradients lead away from the bone",
             100.0 * found.wrong
         );
         Label::new(&note, 14.0).color(PALE).draw(&mut page, middle, 522.0)?;
@@ -226,8 +226,7 @@ pub(super) fn figure() -> Result<Drawn, FigureError> {
     }
     let note = format!(
         "Section through a limb with a muscle; arrows run up the field, red ones away from the bone, the white line is the surface. \
-         Counted for *f* from {} to {}, {STEP} limb radii apart.",
-        BAND.start, BAND.end
+         Counted {STEP} limb radii apart, where the field is over {LEAST}, farther than {CORE} from the bone."
     );
     Label::new(&note, 14.0).color(PALE).draw(&mut page, 750.0, 570.0)?;
     Ok(Drawn { image: page.finish(), findings })
@@ -241,9 +240,12 @@ mod tests {
     fn only_the_detail_operator_leads_to_the_bone_throughout() {
         let limb = Limb::new();
         let [union, blend, detail] = OPERATORS.map(|(_, _, operator)| faults(&limb, operator));
-        assert!(detail.singular.is_empty() && detail.wrong <= 1e-3 && detail.turn < 15.0, "{detail:?}");
+        // In the muscle's core little of the gradient is left, so that it turns within a few hundredths of a radius.
+        let told =
+            |faults: &Faults| format!("{} singular, {} wrong, {}°", faults.singular.len(), faults.wrong, faults.turn);
+        assert!(detail.singular.is_empty() && detail.wrong <= 1e-3 && detail.turn < 30.0, "{}", told(&detail));
         for other in [&union, &blend] {
-            assert!(!other.singular.is_empty() && other.wrong > 1e-3, "{:?} {}", other.singular, other.wrong);
+            assert!(!other.singular.is_empty() && other.wrong > 1e-3, "{}", told(other));
         }
         assert!(union.turn > 90.0, "{}", union.turn);
     }

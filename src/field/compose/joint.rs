@@ -153,7 +153,7 @@ fn boxed(profile: u32, [big, q, unit, over]: [f32; 4]) -> Partials {
 }
 
 /// In units of `unit` the arc's centre lies at 1 - q y and its other leg at share - q y, and its radius is 1 + (1 - q) y,
-/// where the value is `big` + `unit` y: a quadratic in y, whose root's discriminant is the derivatives' denominator.
+/// where the value is `big` + `unit` y: a quadratic in y. The root of its discriminant is what derivatives are divided by.
 fn circle(big: f32, q: f32, unit: f32, share: f32) -> Partials {
     let root = (1.0 + share * share + 2.0 * q * share * (1.0 - share)).sqrt();
     let y = share * share / (1.0 + q * share + root);
@@ -163,7 +163,8 @@ fn circle(big: f32, q: f32, unit: f32, share: f32) -> Partials {
 /// The larger leg over the box's side is 1 - s(t), t being the smaller leg's, with s a quadratic spline: t + a s(t) =
 /// share is one too, and it rises throughout.
 fn bulge(big: f32, q: f32, unit: f32, share: f32) -> Partials {
-    let control = |i: u32| curves()[i as usize];
+    let curves = curves();
+    let control = |i: u32| curves[i as usize];
     let step = 1.0 / PIECES as f32;
     let d = 1.0 - q;
     let a = q + d * share;

@@ -11,7 +11,7 @@ crate::gpu_struct! {
     /// Parameters of the kernel `operator_sample`.
     pub struct OperatorParams {
         /// What joins the samples: the joint's operator, or the clean union where its profile is 3.
-        pub operator: JointOperatorParams,
+        pub joint: JointOperatorParams,
         /// Pairs of samples.
         pub count: u32,
         /// Unused.
@@ -39,7 +39,7 @@ impl OperatorInput<'_> {
     pub fn params(&self) -> OperatorParams {
         let clean = JointOperatorParams { profile: CLEAN_UNION, ..JointOperatorParams::default() };
         OperatorParams {
-            operator: self.operator.unwrap_or(clean),
+            joint: self.operator.unwrap_or(clean),
             count: self.left.len() as u32,
             ..OperatorParams::default()
         }
