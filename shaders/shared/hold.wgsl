@@ -64,7 +64,7 @@ fn hold_skins(work: Work, pair: Pair) -> HoldSkins {
     var k = work.body.skins_begin;
     loop {
         let grid = groups[work.place.group + links[k].index].grid;
-        let to_rest = moved[work.place.joint + grid.joint].to_rest;
+        let to_rest = moved[work.place.joint + links[k].joint].to_rest;
         first = touch_deeper(first, grid, to_rest, pair.first.p);
         second = touch_deeper(second, grid, to_rest, pair.second.p);
         k++;
