@@ -1,5 +1,5 @@
-//! How fields are put together: the muscles of a bone by [`clean_union`], muscles and limb by [`detail`], the limbs that
-//! meet at a joint by [`joint`].
+//! How fields are put together: the muscles of a bone by [`clean_union()`], muscles and limb by [`detail()`], the limbs that
+//! meet at a joint by [`joint()`].
 //!
 //! Every operator is a function of two values in 0..=1 that gives a value in 0..=1 and its two partial derivatives; on
 //! samples the gradients follow by the chain rule.
@@ -16,11 +16,15 @@ pub use detail::{detail, detail_samples};
 pub use joint::{JointOperator, JointOperatorParams, joint, joint_values};
 pub use sample::{OperatorInput, OperatorParams, operate};
 
-pub(crate) use clean_union::{ITERATIONS, SMALL};
-pub(crate) use controller::STEPS;
-pub(crate) use detail::{FILLET, HEADROOM, SATURATION};
-pub(crate) use joint::{CLOSED, PIECES, PROFILE_BULGE, PROFILE_UNION};
-pub(crate) use sample::CLEAN_UNION;
+// Numbers that kernels are given.
+#[cfg(feature = "gpu")]
+pub(crate) use self::{
+    clean_union::{ITERATIONS, SMALL},
+    controller::STEPS,
+    detail::{FILLET, HEADROOM, SATURATION},
+    joint::{CLOSED, PIECES, PROFILE_BULGE, PROFILE_UNION},
+    sample::CLEAN_UNION,
+};
 
 use super::Sample;
 
