@@ -18,6 +18,12 @@ struct Neighbours {
     excess: f32,
 }
 
+// Whether a group has no field at a point, seen through its own frame.
+fn contact_is_beyond(at: u32, p_posed: vec3<f32>) -> bool {
+    let away = p_posed - groups[at].bounds.xyz;
+    return groups[at].grid.muscle_begin == groups[at].grid.muscle_end && math_dot(away, away) > groups[at].bounds.w;
+}
+
 // `first..end` are the places through which the vertex sees groups in a way of its own, ascending by group.
 fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end: u32, p_posed: vec3<f32>) -> Neighbours {
     let none = Sample(0.0, vec3<f32>(0.0));
@@ -26,12 +32,14 @@ fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end
     for (var g = 0u; g < place.group_count; g++) {
         var to_rest = groups[place.group + g].to_rest;
         var most = limit;
+        var beyond = contact_is_beyond(place.group + g, p_posed);
         if next < end && places[next].group == g {
             to_rest = places[next].to_rest;
             most = places[next].limit;
+            beyond = false;
             next++;
         }
-        if groups[place.group + g].present == 0u {
+        if groups[place.group + g].present == 0u || beyond {
             continue;
         }
         let sample = field_group(place.group + g, to_rest, place, p_posed);

@@ -17,6 +17,9 @@ crate::gpu_struct! {
         pub to_rest: Mat4,
         /// The group's cached field.
         pub grid: GroupGrid,
+        /// Centre of a sphere around the grid's box, posed, and in `w` the square of its radius, metres: without muscles the
+        /// group has no field beyond it.
+        pub bounds: Vec4,
         /// What its first joint displaces as it folds.
         pub fold_start: Fold,
         /// What the joint at its other end displaces.
@@ -45,6 +48,15 @@ crate::gpu_struct! {
         pub pad_0: u32,
         /// Unused.
         pub pad_1: u32,
+    }
+}
+
+impl GroupFrame {
+    /// Whether the group has no field at a point, seen through its own frame: exact, since fields end with their support.
+    #[inline]
+    pub fn is_beyond(&self, p_posed: Vec3) -> bool {
+        let away = p_posed - self.bounds.truncate();
+        self.grid.muscle_begin == self.grid.muscle_end && away.dot(away) > self.bounds.w
     }
 }
 
@@ -125,7 +137,7 @@ impl FieldInput<'_> {
 }
 
 /// Field values that neighbouring groups must differ by at a contact: how far skin stops short of skin.
-pub const CONTACT_GAP: f32 = 0.02;
+pub const CONTACT_GAP: f32 = 0.04;
 
 /// Cosine between two groups' gradients from which they agree, and the range over which they part (prototypes 3).
 pub(crate) const CONTACT_AGREE: f32 = 0.95;
@@ -196,11 +208,12 @@ impl FieldInput<'_> {
         for (index, frame) in (0..).zip(self.groups) {
             let mut to_rest = &frame.to_rest;
             let mut limit = limit;
+            let mut beyond = frame.is_beyond(p_posed);
             if let Some(place) = places.get(next).filter(|place| place.group == index) {
-                (to_rest, limit) = (&place.to_rest, place.limit);
+                (to_rest, limit, beyond) = (&place.to_rest, place.limit, false);
                 next += 1;
             }
-            if frame.present == 0 {
+            if frame.present == 0 || beyond {
                 continue;
             }
             let sample = self.group_from(frame, to_rest, p_posed);
@@ -245,7 +258,8 @@ mod tests {
                 support_radius: 1.0,
                 ..GroupGrid::default()
             };
-            GroupFrame { to_rest: Mat4::IDENTITY, grid, scale: 1.0, present: 1, ..GroupFrame::default() }
+            let bounds = Vec4::new(0.0, 0.0, 0.0, 100.0);
+            GroupFrame { to_rest: Mat4::IDENTITY, grid, bounds, scale: 1.0, present: 1, ..GroupFrame::default() }
         };
         ([slab(1.0, 0.0), slab(-1.0, gap)], nodes)
     }

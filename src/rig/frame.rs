@@ -6,7 +6,7 @@ use crate::{
     field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleInput},
     math::polar,
 };
-use glam::{Mat4, Quat, Vec4};
+use glam::{Mat4, Quat, UVec3, Vec4};
 
 crate::gpu_struct! {
     /// One joint at one moment.
@@ -57,6 +57,17 @@ impl FrameInputs {
     }
 }
 
+/// A sphere around a grid's box as a joint poses it: its centre, and the square of its radius.
+fn sphere(grid: &GroupGrid, matrix: &Mat4) -> Vec4 {
+    let last = UVec3::new(grid.size_x, grid.size_y, grid.size_z).as_vec3() - 1.0;
+    let to_posed = *matrix * grid.rest_to_grid.inverse();
+    let centre = to_posed.transform_point3(last * 0.5);
+    let corner = |k: u32| last * UVec3::new(k & 1, k >> 1 & 1, k >> 2).as_vec3();
+    let squared = (0..8).map(|k| to_posed.transform_point3(corner(k)).distance_squared(centre)).fold(0.0, f32::max);
+    // A little more for rounding.
+    centre.extend(squared * 1.0001)
+}
+
 /// The field groups of a rig whose joints take scene space at rest to scene space posed by `palette`.
 pub fn group_frames(rig: &Rig, palette: &[Mat4]) -> Vec<GroupFrame> {
     let of = |grid: &GroupGrid| {
@@ -65,6 +76,7 @@ pub fn group_frames(rig: &Rig, palette: &[Mat4]) -> Vec<GroupFrame> {
         let to_rest = matrix.inverse();
         let present = volume > 1e-12 && to_rest.is_finite();
         GroupFrame {
+            bounds: sphere(grid, &matrix),
             to_rest: if present { to_rest } else { Mat4::IDENTITY },
             grid: *grid,
             scale: volume.cbrt(),
