@@ -4,14 +4,14 @@ use crate::{
     dynamics::{Bodies, DynamicsParams, Particle, Simulation, Skins},
     error::PoseError,
     field::{
-        evaluate::{GroupFrame, Place},
+        evaluate::Place,
         muscle::{AxisPoint, MuscleFrame, axis::half},
     },
     normals::{self, Fans},
     rig::{FrameInputs, Pose, Rig},
     schedule::{self, Counts, FrameOptions, KernelId, Positions, Skinning, Step},
     skinning::{self, SkinInput},
-    tracking::{self, CarryInput, FieldInput, RelaxInput, Skin, SubPose, Track, TrackParams, Way},
+    tracking::{self, CarryInput, FieldInput, FoldInput, RelaxInput, Skin, SubPose, Track, TrackParams, Way},
     wrap::{self, ShapeInput},
 };
 use glam::Vec4;
@@ -62,7 +62,7 @@ impl Motion {
         let tracked = options.skinning == Skinning::Implicit && counts.groups > 0;
         Motion {
             simulation: moving.map(|_| Simulation::new(Arc::new(Bodies::new(rig)))),
-            skin: tracked.then(|| Skin::rest(&rig.positions_rest)),
+            skin: tracked.then(|| Skin::rest(&rig.positions_rest, rig.fold_patches.len())),
         }
     }
 }
@@ -136,7 +136,7 @@ impl<'a> Reference<'a> {
         trace: &mut Trace,
     ) -> Result<(), PoseError> {
         let inputs = FrameInputs::new(self.rig, pose)?;
-        let mut under_way = self.lead(motion, pose, options);
+        let mut under_way = self.lead(motion, &inputs, pose, options);
         let steps = trace.steps.clone();
         for step in steps.iter().filter(|step| !step.moves()) {
             self.play(step, &inputs, options, motion, &mut under_way, trace);
@@ -148,8 +148,9 @@ impl<'a> Reference<'a> {
     }
 
     /// The sub-poses that lead a motion's skin to a pose.
-    fn lead(&self, motion: &mut Motion, pose: &Pose, options: &FrameOptions) -> UnderWay {
-        let mut under_way = UnderWay::default();
+    fn lead(&self, motion: &mut Motion, inputs: &FrameInputs, pose: &Pose, options: &FrameOptions) -> UnderWay {
+        let still = SubPose { groups: inputs.groups.clone(), ..SubPose::default() };
+        let mut under_way = UnderWay { still, ..UnderWay::default() };
         if let Some(skin) = &mut motion.skin {
             (under_way.way, under_way.sub_poses) = skin.path.advance(self.rig, pose, &options.track);
         }
@@ -171,7 +172,7 @@ impl<'a> Reference<'a> {
             (Some(simulation), Some(dynamics)) => simulation.begin(&inputs, pose.time.into(), &dynamics),
             _ => 0,
         };
-        let mut under_way = self.lead(motion, pose, options);
+        let mut under_way = self.lead(motion, &inputs, pose, options);
         trace.steps = schedule::frame(&counts, options, turns, under_way.way.count);
         trace.steps.retain(chosen);
         for step in trace.steps.clone() {
@@ -224,12 +225,13 @@ impl<'a> Reference<'a> {
             }
             KernelId::TrackCarry
             | KernelId::TrackPlace
+            | KernelId::TrackFold
             | KernelId::TrackMarch
             | KernelId::TrackTurn
             | KernelId::TrackSlide
             | KernelId::TrackSpread => {
                 if let Some(skin) = &mut motion.skin {
-                    self.track(step, &inputs.groups, options, skin, under_way, trace);
+                    self.track(step, options, skin, under_way, trace);
                 }
             }
             KernelId::Normals => {
@@ -263,28 +265,26 @@ impl<'a> Reference<'a> {
 struct UnderWay {
     way: Way,
     sub_poses: Vec<SubPose>,
+    /// The pose itself, where the skin is in it already.
+    still: SubPose,
     slid: Vec<Vec4>,
 }
 
 impl Reference<'_> {
-    /// Plays one step of the tracker; `groups` are those of the pose itself.
-    fn track(
-        &self,
-        step: &Step,
-        groups: &[GroupFrame],
-        options: &FrameOptions,
-        skin: &mut Skin,
-        under_way: &mut UnderWay,
-        trace: &mut Trace,
-    ) {
+    /// Plays one step of the tracker.
+    fn track(&self, step: &Step, options: &FrameOptions, skin: &mut Skin, under_way: &mut UnderWay, trace: &mut Trace) {
         let rig = self.rig;
         let targets = &rig.targets;
         let params = TrackParams::new(&counts(rig), 1, &options.track, step.sub_pose, step.projects);
-        let sub_pose = under_way.sub_poses.iter().rev().nth(step.sub_pose as usize);
+        let UnderWay { way, sub_poses, still, slid } = under_way;
+        let sub_pose = match sub_poses.iter_mut().rev().nth(step.sub_pose as usize) {
+            Some(sub_pose) => sub_pose,
+            None => still,
+        };
         let relax =
             RelaxInput { targets: &targets.vertices, edges: &rig.graph.edges, positions_rest: &rig.positions_rest };
-        match (step.kernel, sub_pose) {
-            (KernelId::TrackCarry, Some(sub_pose)) => {
+        match step.kernel {
+            KernelId::TrackCarry => {
                 let input = CarryInput {
                     joints: &sub_pose.joints,
                     positions_rest: &rig.positions_rest,
@@ -292,15 +292,25 @@ impl Reference<'_> {
                     influences: &rig.character.influences,
                     targets: &targets.vertices,
                 };
-                tracking::carry(&params, &under_way.way, &input, &mut skin.positions, &mut skin.tracks);
+                tracking::carry(&params, way, &input, &mut skin.positions, &mut skin.tracks);
             }
-            (KernelId::TrackPlace, Some(sub_pose)) => {
+            KernelId::TrackPlace => {
                 skin.places.resize(targets.reaches.len(), Place::default());
                 tracking::place(&sub_pose.joints, &targets.reaches, &targets.blends, &mut skin.places);
             }
-            (KernelId::TrackMarch, _) => {
+            KernelId::TrackFold => {
+                let input = FoldInput {
+                    joints: &sub_pose.joints,
+                    patches: &rig.fold_patches,
+                    triangles: &rig.fold_triangles,
+                    positions_rest: &rig.positions_rest,
+                    positions: &skin.positions,
+                };
+                tracking::fold(&params, way, &input, &mut sub_pose.groups, &mut skin.offsets);
+            }
+            KernelId::TrackMarch => {
                 let field = FieldInput {
-                    groups: sub_pose.map_or(groups, |sub_pose| &sub_pose.groups),
+                    groups: &sub_pose.groups,
                     nodes: &rig.nodes,
                     muscles: &trace.muscles,
                     axes: &trace.axes,
@@ -308,16 +318,16 @@ impl Reference<'_> {
                 let Skin { positions, tracks, places, .. } = skin;
                 tracking::march(&params, &field, &targets.vertices, places, positions, tracks);
             }
-            (KernelId::TrackTurn, _) => tracking::turn(&params, &relax, &skin.positions, &mut skin.tracks),
-            (KernelId::TrackSlide, _) => {
-                under_way.slid.resize(skin.positions.len(), Vec4::ZERO);
+            KernelId::TrackTurn => tracking::turn(&params, &relax, &skin.positions, &mut skin.tracks),
+            KernelId::TrackSlide => {
+                slid.resize(skin.positions.len(), Vec4::ZERO);
                 let (from, to) = match step.reads {
-                    Some(Positions::Slid) => (&under_way.slid, &mut skin.positions),
-                    _ => (&skin.positions, &mut under_way.slid),
+                    Some(Positions::Slid) => (&*slid, &mut skin.positions),
+                    _ => (&skin.positions, slid),
                 };
                 tracking::slide(&params, &relax, &skin.tracks, from, to);
             }
-            (KernelId::TrackSpread, _) => {
+            KernelId::TrackSpread => {
                 trace.tracked.resize(skin.positions.len(), Vec4::ZERO);
                 tracking::spread(&targets.vertices, &skin.positions, &mut trace.tracked);
             }
@@ -332,6 +342,7 @@ fn counts(rig: &Rig) -> Counts {
         vertices: rig.character.vertex_count() as u32,
         joints: rig.character.joints.len() as u32,
         reaches: rig.targets.reaches.len() as u32,
+        folds: rig.fold_patches.len() as u32,
         muscles: rig.muscles.len() as u32,
         points: rig.point_count,
         most_segments: rig.most_segments(),
@@ -411,7 +422,7 @@ mod tests {
         let expected = reference.next(&mut motion, &pose(&scene, 0), &options).expect("a frame");
         let mut trace = expected.clone();
         let mut again = |motion: &mut Motion| {
-            motion.skin = Some(Skin::rest(&rig.positions_rest));
+            motion.skin = Some(Skin::rest(&rig.positions_rest, rig.fold_patches.len()));
             reference.reshape(motion, &pose(&scene, 0), &options, &mut trace).expect("a frame");
             trace.clone()
         };

@@ -14,6 +14,16 @@ pub enum Skinning {
     DualQuaternion,
 }
 
+/// What sets how much a folding joint displaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FoldVolume {
+    /// The volume that its groups have lost, measured in every pass.
+    #[default]
+    Closed,
+    /// Its angle.
+    Open,
+}
+
 /// Settings of the tracker (prototypes 3; background 1.12 and 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackOptions {
@@ -42,6 +52,8 @@ pub struct TrackOptions {
     pub direct_degrees: f32,
     /// Turn of a joint in one of several sub-poses, degrees.
     pub degrees: f32,
+    /// What sets how much a folding joint displaces.
+    pub fold: FoldVolume,
 }
 
 impl Default for TrackOptions {
@@ -59,6 +71,7 @@ impl Default for TrackOptions {
             normal_weight: 0.5,
             direct_degrees: 20.0,
             degrees: 10.0,
+            fold: FoldVolume::Closed,
         }
     }
 }
@@ -218,6 +231,8 @@ pub enum KernelId {
     TrackCarry,
     /// The frames through which vertices see the groups around them.
     TrackPlace,
+    /// How much folding joints displace.
+    TrackFold,
     /// One step towards the rest iso-values.
     TrackMarch,
     /// How the skin around every vertex has turned.
@@ -301,6 +316,8 @@ pub struct Counts {
     pub groups: u32,
     /// Reaches of all vertices.
     pub reaches: u32,
+    /// Joints that fold.
+    pub folds: u32,
 }
 
 impl Counts {
@@ -367,11 +384,14 @@ fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Ve
     let skin = Some(Positions::Skin);
     let slid = Some(Positions::Slid);
     let march = step(KernelId::TrackMarch, counts.vertices, skin, skin);
+    let folds = if options.fold == FoldVolume::Closed { counts.folds } else { 0 };
+    let fold = step(KernelId::TrackFold, folds, skin, None);
     for sub_pose in (0..sub_poses).rev() {
         let first = steps.len();
         steps.push(step(KernelId::TrackCarry, counts.vertices, skin, skin));
         steps.push(step(KernelId::TrackPlace, counts.reaches, None, None));
         for _ in 0..options.passes {
+            steps.push(fold);
             steps.push(march);
             steps.push(step(KernelId::TrackTurn, counts.vertices, skin, None));
             for _ in 0..options.sweeps.div_ceil(2) {
@@ -380,6 +400,9 @@ fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Ve
             }
         }
         steps[first..].iter_mut().for_each(|step| step.sub_pose = sub_pose);
+    }
+    if sub_poses == 0 {
+        steps.push(Step { projects: true, ..fold });
     }
     steps.extend((0..options.projections).map(|_| Step { projects: true, ..march }));
     steps.push(step(KernelId::TrackSpread, counts.vertices, skin, Some(Positions::Tracked)));
@@ -390,7 +413,7 @@ mod tests {
     use super::*;
 
     fn counts(vertices: u32, muscles: u32, groups: u32) -> Counts {
-        Counts { vertices, joints: 2, muscles, points: 30, most_segments: 29, groups, reaches: 4 }
+        Counts { vertices, joints: 2, muscles, points: 30, most_segments: 29, groups, reaches: 4, folds: 0 }
     }
 
     fn kernels(vertices: u32, muscles: u32, groups: u32, skinning: Skinning) -> Vec<KernelId> {

@@ -50,19 +50,16 @@ fn field_group(at: u32, to_rest: mat4x4<f32>, place: FieldPlace, p_posed: vec3<f
         let t = field_transfer(raw.w, groups[at].grid.support_radius);
         limb = Sample(t.x, raw.xyz * t.y);
     }
-    var best = Sample(0.0, vec3<f32>(0.0));
+    var set_in = Sample(0.0, vec3<f32>(0.0));
     for (var m = groups[at].grid.muscle_begin; m < groups[at].grid.muscle_end; m++) {
         if any(p_rest < muscles[place.muscle + m].lowest.xyz) || any(p_rest > muscles[place.muscle + m].highest.xyz) {
             continue;
         }
-        let sample = muscle_evaluate(muscles[place.muscle + m], place.point, p_rest);
-        if sample.value > best.value {
-            best = sample;
-        }
+        set_in = clean_union(set_in, muscle_evaluate(muscles[place.muscle + m], place.point, p_rest));
     }
-    if best.value > 0.0 {
-        let d = field_detail(limb.value, best.value);
-        limb = Sample(d.x, limb.gradient * d.y + best.gradient * d.z);
+    if set_in.value > 0.0 {
+        let d = field_detail(limb.value, set_in.value);
+        limb = Sample(d.x, limb.gradient * d.y + set_in.gradient * d.z);
     }
     return Sample(limb.value, math_transpose_vector(to_rest, limb.gradient));
 }

@@ -2,7 +2,7 @@
 
 use super::{
     Fold, GroupGrid, Sample,
-    compose::detail_samples,
+    compose::{clean_union, detail_samples},
     grid,
     muscle::{self, AxisPoint, MuscleFrame},
     transfer::transfer,
@@ -86,7 +86,8 @@ pub struct FieldInput<'a> {
 }
 
 impl FieldInput<'_> {
-    /// The field of one group at a posed point: limb surface with its muscles set in (background 3.4).
+    /// The field of one group at a posed point: limb surface with the clean union of its muscles set in
+    /// (background 3.3 and 3.4).
     #[inline]
     pub fn group(&self, frame: &GroupFrame, p_posed: Vec3) -> Sample {
         self.group_from(frame, &frame.to_rest, p_posed)
@@ -106,16 +107,13 @@ impl FieldInput<'_> {
             let (value, by_distance) = transfer(distance, frame.grid.support_radius);
             limb = Sample { value, gradient: slope * by_distance };
         }
-        let mut best = Sample::default();
+        let mut set_in = Sample::default();
         for m in &self.muscles[frame.grid.muscle_begin as usize..frame.grid.muscle_end as usize] {
             if m.reaches(p_rest) {
-                let sample = muscle::evaluate(m, m.points(self.axes), p_rest);
-                if sample.value > best.value {
-                    best = sample;
-                }
+                set_in = clean_union(set_in, muscle::evaluate(m, m.points(self.axes), p_rest));
             }
         }
-        let composed = if best.value > 0.0 { detail_samples(limb, best) } else { limb };
+        let composed = if set_in.value > 0.0 { detail_samples(limb, set_in) } else { limb };
         Sample { value: composed.value, gradient: transpose_vector(to_rest, composed.gradient) }
     }
 

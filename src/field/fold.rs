@@ -18,12 +18,12 @@ crate::gpu_struct! {
         pub inner: Vec4,
         /// Offset s at the bulge's height; 0 where nothing folds.
         pub offset: f32,
+        /// Largest offset that the fold's angle allows, metres.
+        pub most: f32,
         /// Unused.
         pub pad_0: f32,
         /// Unused.
         pub pad_1: f32,
-        /// Unused.
-        pub pad_2: f32,
     }
 }
 

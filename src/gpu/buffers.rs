@@ -50,6 +50,7 @@ pub(super) struct Buffers {
     pub places: wgpu::Buffer,
     pub track_joints: wgpu::Buffer,
     pub ways: wgpu::Buffer,
+    pub offsets: wgpu::Buffer,
     pub output: wgpu::Buffer,
     pub vertex_params: wgpu::Buffer,
     pub muscle_params: wgpu::Buffer,
@@ -97,13 +98,14 @@ impl Buffers {
             ("places", times(counts.reaches, size_of::<Place>())),
             ("tracked joints", times(SUB_POSES * joint_count, size_of::<TrackJoint>())),
             ("ways", times(1, size_of::<Way>())),
+            ("fold offsets", times(counts.folds, 4)),
             ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count))),
         ];
         let limits = device.limits();
         for (name, bytes) in &sizes {
             fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
         }
-        output.check(sizes[18].1, &limits)?;
+        output.check(sizes[19].1, &limits)?;
         let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
         let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
         let buffers = Buffers {
@@ -120,10 +122,11 @@ impl Buffers {
             places: storage(sizes[15]),
             track_joints: storage(sizes[16]),
             ways: storage(sizes[17]),
+            offsets: storage(sizes[18]),
             output: match output {
                 Output::Caller { buffer, .. } => buffer,
                 Output::Owned => {
-                    buffer(device, sizes[18].0, sizes[18].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
+                    buffer(device, sizes[19].0, sizes[19].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
                 }
             },
             vertex_params: uniform("vertex params", size_of::<VertexParams>()),
@@ -246,6 +249,8 @@ pub(super) fn prepare(
             prepared.push(in_sub_pose(prepared_step, (sub_pose, false)));
         }
     }
+    let fold = fold(rig, b, &b.projection_params);
+    prepared.push(in_sub_pose(make(KernelId::TrackFold, None, &fold)?, (0, true)));
     let march = march(rig, b, &b.projection_params);
     prepared.push(in_sub_pose(make(KernelId::TrackMarch, None, &march)?, (0, true)));
     Ok(prepared)
@@ -270,13 +275,27 @@ fn march<'a>(rig: &'a RigBuffers, b: &'a Buffers, params: &'a wgpu::Buffer) -> [
     ]
 }
 
+fn fold<'a>(rig: &'a RigBuffers, b: &'a Buffers, params: &'a wgpu::Buffer) -> [Bound<'a>; 9] {
+    [
+        ("params", params),
+        ("ways", &b.ways),
+        ("joints", &b.track_joints),
+        ("patches", &rig.fold_patches),
+        ("triangles", &rig.fold_triangles),
+        ("positions_rest", &rig.positions_rest),
+        ("positions", &b.skin),
+        ("groups", &b.groups),
+        ("offsets", &b.offsets),
+    ]
+}
+
 /// The tracker's kernels with the parameters of one sub-pose.
 fn track(
     make: &impl Fn(KernelId, Option<Positions>, &[Bound]) -> Result<Prepared, SetupError>,
     rig: &RigBuffers,
     b: &Buffers,
     params: &wgpu::Buffer,
-) -> Result<[Prepared; 7], SetupError> {
+) -> Result<[Prepared; 8], SetupError> {
     let carry = [
         ("params", params),
         ("joints", &b.track_joints),
@@ -319,6 +338,7 @@ fn track(
     Ok([
         make(KernelId::TrackCarry, None, &carry)?,
         make(KernelId::TrackPlace, None, &place)?,
+        make(KernelId::TrackFold, None, &fold(rig, b, params))?,
         make(KernelId::TrackMarch, None, &march(rig, b, params))?,
         make(KernelId::TrackTurn, None, &turn)?,
         make(KernelId::TrackSlide, Some(Positions::Skin), &slide(&b.skin, &b.slid))?,

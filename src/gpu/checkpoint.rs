@@ -17,7 +17,7 @@ pub struct Checkpoint {
     clock: Clock,
     path: Path,
     /// Copies of the buffers of [`Batch::kept`].
-    buffers: [wgpu::Buffer; 5],
+    buffers: [wgpu::Buffer; 6],
 }
 
 impl Batch {
@@ -61,7 +61,7 @@ impl Batch {
     }
 
     /// The buffers that a motion lives in, with one instance's bytes in each.
-    fn kept(&self) -> [(&wgpu::Buffer, u64); 5] {
+    fn kept(&self) -> [(&wgpu::Buffer, u64); 6] {
         let rig = self.rig();
         let of = |count: usize, size: usize| count as u64 * size as u64;
         let (points, vertices) = (rig.point_count as usize, rig.positions_rest.len());
@@ -70,6 +70,7 @@ impl Batch {
             (self.axes(), of(points, size_of::<AxisPoint>())),
             (self.positions(Positions::Skin), of(vertices, 16)),
             (self.tracks(), of(vertices, size_of::<Track>())),
+            (self.fold_offsets(), of(rig.fold_patches.len(), 4)),
             (self.places(), of(rig.targets.reaches.len(), size_of::<Place>())),
         ]
     }

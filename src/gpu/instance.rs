@@ -167,6 +167,8 @@ impl Batch {
         let tracks = vec![Track::REST; self.rig.rig.positions_rest.len()];
         let tracks: &[u8] = bytemuck::cast_slice(&tracks);
         queue.write_buffer(&self.buffers.tracks, u64::from(instance) * tracks.len() as u64, tracks);
+        let offsets = vec![0u8; 4 * self.rig.rig.fold_patches.len()];
+        queue.write_buffer(&self.buffers.offsets, u64::from(instance) * offsets.len() as u64, &offsets);
         self.paths[instance as usize] = Path::default();
         self.sub_poses[instance as usize] = 0;
     }
@@ -346,6 +348,11 @@ impl Batch {
         &self.buffers.places
     }
 
+    /// What folding joints displace, metres, instance after instance.
+    pub fn fold_offsets(&self) -> &wgpu::Buffer {
+        &self.buffers.offsets
+    }
+
     /// What the tracker keeps of every vertex ([`crate::tracking::Track`]), instance after instance.
     pub fn tracks(&self) -> &wgpu::Buffer {
         &self.buffers.tracks
@@ -412,6 +419,7 @@ fn counts(rig: &RigBuffers) -> Counts {
         vertices: rig.rig.character.vertex_count() as u32,
         joints: rig.rig.character.joints.len() as u32,
         reaches: rig.rig.targets.reaches.len() as u32,
+        folds: rig.rig.fold_patches.len() as u32,
         muscles: rig.rig.muscles.len() as u32,
         points: rig.rig.point_count,
         most_segments: rig.rig.most_segments(),

@@ -18,6 +18,8 @@ pub struct RigBuffers {
     pub(super) reaches: wgpu::Buffer,
     pub(super) blends: wgpu::Buffer,
     pub(super) edges: wgpu::Buffer,
+    pub(super) fold_patches: wgpu::Buffer,
+    pub(super) fold_triangles: wgpu::Buffer,
     pub(super) corners: wgpu::Buffer,
     pub(super) fans: wgpu::Buffer,
     pub(super) fan_members: wgpu::Buffer,
@@ -34,7 +36,7 @@ impl RigBuffers {
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
         let bodies_rest = Arc::new(Bodies::new(&rig));
-        let data: [(&'static str, &[u8]); 15] = [
+        let data: [(&'static str, &[u8]); 17] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
@@ -44,6 +46,8 @@ impl RigBuffers {
             ("reaches", bytemuck::cast_slice(&rig.targets.reaches)),
             ("blended joints", bytemuck::cast_slice(&rig.targets.blends)),
             ("skin edges", bytemuck::cast_slice(&rig.graph.edges)),
+            ("folds", bytemuck::cast_slice(&rig.fold_patches)),
+            ("triangles of folds", bytemuck::cast_slice(&rig.fold_triangles)),
             ("triangles", bytemuck::cast_slice(&rig.topology.corners)),
             ("fans", bytemuck::cast_slice(&rig.topology.fans)),
             ("fan members", bytemuck::cast_slice(&rig.topology.members)),
@@ -65,6 +69,8 @@ impl RigBuffers {
             reaches,
             blends,
             edges,
+            fold_patches,
+            fold_triangles,
             corners,
             fans,
             fan_members,
@@ -84,6 +90,8 @@ impl RigBuffers {
             reaches,
             blends,
             edges,
+            fold_patches,
+            fold_triangles,
             corners,
             fans,
             fan_members,

@@ -25,6 +25,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::MUSCLE,
         source::MUSCLE_FIELD,
         source::GRID,
+        source::CLEAN_UNION,
         source::FIELD,
     ],
     structs: STRUCTS,

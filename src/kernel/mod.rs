@@ -15,6 +15,7 @@ mod operator_sample;
 mod skin_dual_quaternion;
 mod skin_linear;
 mod track_carry;
+mod track_fold;
 mod track_march;
 mod track_place;
 mod track_slide;
@@ -108,7 +109,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 16] = [
+pub const KERNELS: [Kernel; 17] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     joint_step::KERNEL,
@@ -117,6 +118,7 @@ pub const KERNELS: [Kernel; 16] = [
     muscle_shape::KERNEL,
     track_carry::KERNEL,
     track_place::KERNEL,
+    track_fold::KERNEL,
     track_march::KERNEL,
     track_turn::KERNEL,
     track_slide::KERNEL,
@@ -138,6 +140,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::MuscleShape => &muscle_shape::KERNEL,
         KernelId::TrackCarry => &track_carry::KERNEL,
         KernelId::TrackPlace => &track_place::KERNEL,
+        KernelId::TrackFold => &track_fold::KERNEL,
         KernelId::TrackMarch => &track_march::KERNEL,
         KernelId::TrackTurn => &track_turn::KERNEL,
         KernelId::TrackSlide => &track_slide::KERNEL,

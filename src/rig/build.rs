@@ -1,8 +1,8 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    BoneCollider, BoneMesh, Character, Drives, FieldGroups, MuscleSpec, Pose, Role, SkinGraph, Targets, Topology,
-    bone_fields, bones,
+    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleSpec, Pose, Role, SkinGraph,
+    Targets, Topology, bone_fields, bones, fold_patch,
     groups::{FieldOptions, Fields, FitReport, FoldRest, Swing, build_fields},
     muscle::{self, BoneSpec},
 };
@@ -72,6 +72,10 @@ pub struct Rig {
     pub swings: Vec<Swing>,
     /// Joints beside which folding skin displaces what is under it.
     pub folds: Vec<FoldRest>,
+    /// The skin around those joints.
+    pub fold_patches: Vec<FoldPatch>,
+    /// Its triangles.
+    pub fold_triangles: Vec<FoldTriangle>,
     /// The skin as a graph.
     pub graph: SkinGraph,
     /// Where the skin goes, and how it sees the groups around it.
@@ -148,6 +152,8 @@ impl Rig {
             positions_rest: character.positions_rest.iter().map(|p| p.extend(1.0)).collect(),
             topology: Topology::new(&character),
             folds: fields.folds,
+            fold_patches: Vec::new(),
+            fold_triangles: Vec::new(),
             graph: SkinGraph::new(&character),
             targets: Targets::default(),
             character,
@@ -167,6 +173,7 @@ impl Rig {
             settled: Vec::new(),
         };
         rig.axes_rest = rig.straight_axes();
+        (rig.fold_patches, rig.fold_triangles) = fold_patch::patches(&rig, &rig.graph);
         rig.aim();
         if options.fields {
             rig.bones = bones::with_capsules(&rig, bones, &options.bones);

@@ -7,18 +7,25 @@
 //! where the next one starts.
 
 mod carry;
+mod fold;
 mod march;
 mod path;
 mod relax;
 
 pub use crate::field::evaluate::FieldInput;
 pub use carry::{CarryInput, carry, place, spread};
+pub use fold::{FOLD_LANES, FoldInput, fold};
 pub use march::{march, sample};
 pub use path::{Path, SubPose, TrackJoint, Way};
 pub use relax::{RelaxInput, slide, turn};
 
+#[cfg(feature = "gpu")]
 pub(crate) use carry::{OPEN_FROM, OPEN_RANGE};
+#[cfg(feature = "gpu")]
+pub(crate) use fold::{FOLD_GAIN, LEAST_FOLD_WEIGHT};
+#[cfg(feature = "gpu")]
 pub(crate) use march::MIN_GRADIENT_SQUARED;
+#[cfg(feature = "gpu")]
 pub(crate) use relax::{TURNS, WEAKEST_TURN};
 
 use crate::{
@@ -60,8 +67,8 @@ crate::gpu_struct! {
         pub projects: u32,
         /// Share of a relaxation's way that pressed vertices are spared, 0..=1.
         pub contact_hold: f32,
-        /// Unused.
-        pub pad_0: u32,
+        /// Joints that fold.
+        pub fold_count: u32,
     }
 }
 
@@ -90,7 +97,7 @@ impl TrackParams {
             anchor: options.anchor,
             normal_weight: options.normal_weight,
             contact_hold: options.contact_hold,
-            ..TrackParams::default()
+            fold_count: counts.folds,
         }
     }
 }
@@ -185,17 +192,20 @@ pub struct Skin {
     pub tracks: Vec<Track>,
     /// How its vertices see the groups around them, one per reach: as in the last sub-pose.
     pub places: Vec<Place>,
+    /// What its folding joints displace, metres.
+    pub offsets: Vec<f32>,
     /// Where its joints are.
     pub path: Path,
 }
 
 impl Skin {
     /// A skin at rest.
-    pub fn rest(positions_rest: &[Vec4]) -> Skin {
+    pub fn rest(positions_rest: &[Vec4], folds: usize) -> Skin {
         Skin {
             positions: positions_rest.to_vec(),
             tracks: vec![Track::REST; positions_rest.len()],
             places: Vec::new(),
+            offsets: vec![0.0; folds],
             path: Path::default(),
         }
     }

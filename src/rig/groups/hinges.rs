@@ -70,6 +70,8 @@ const OF_LIMBS: Settings = Settings { gain: 0.19, height_at: 1.25, end_at: 4.5 }
 const OF_BODIES: Settings = Settings { gain: 0.25, height_at: 1.0, end_at: 4.0 };
 /// Share of the offset that the fold's outer side lacks.
 const OUTER_LACK: f32 = 0.75;
+/// Largest gain of a closed loop: it sees twist and muscles too, which are not to pass for a fold.
+const MOST_GAIN: f32 = 0.3;
 /// Largest offset, in radii.
 const MOST_OFFSET: f32 = 0.5;
 
@@ -83,27 +85,28 @@ impl FoldRest {
             transform_vector(&to_parent, self.axes[1]).normalize_or_zero(),
             transform_vector(&to_child, self.axes[0]).normalize_or_zero(),
         ];
-        let offset = self.offset(seen[0]);
+        let [offset, most] = self.offsets(seen[0]);
         let end = |own: Vec3, other: Vec3| Fold {
             centre: (self.origin + own * (self.settings.height_at * self.radius))
                 .extend((self.settings.end_at - self.settings.height_at) * self.radius),
             axis: own.extend((1.0 + self.settings.height_at) * self.radius),
             inner: other.reject_from_normalized(own).normalize_or_zero().extend(OUTER_LACK),
             offset,
+            most,
             ..Fold::default()
         };
         [end(self.axes[0], seen[0]), end(self.axes[1], seen[1])]
     }
 
-    /// `c R (g(theta) - g(theta at rest))` with `g = tan(theta / 2) - theta / 2`, metres; `child` is the child's axis as the
-    /// parent sees it.
-    fn offset(&self, child: Vec3) -> f32 {
+    /// `c R (g(theta) - g(theta at rest))` with `g = tan(theta / 2) - theta / 2`, and the most that a closed loop may make of
+    /// it, metres; `child` is the child's axis as the parent sees it.
+    fn offsets(&self, child: Vec3) -> [f32; 2] {
         let g = |axis: Vec3| {
             let half = 0.5 * (-self.axes[0]).angle_between(axis);
             if half.is_finite() { half.min(1.5).tan() - half.min(1.5) } else { 0.0 }
         };
         let grown = (g(child) - g(self.axes[1])).max(0.0);
-        (self.settings.gain * self.radius * grown).min(MOST_OFFSET * self.radius)
+        [self.settings.gain, MOST_GAIN].map(|gain| (gain * self.radius * grown).min(MOST_OFFSET * self.radius))
     }
 }
 
