@@ -41,7 +41,8 @@ crate::gpu_struct! {
     }
 }
 
-/// The patches of all folds of a rig, and their triangles: those whose corners the two groups own.
+/// The patches of all folds of a rig, and their triangles: those whose corners the two groups own, as far as the
+/// bulges go. What is beyond moves with its bone about the joint, so that the open patch keeps its volume as a closed one.
 pub(super) fn patches(rig: &Rig, graph: &SkinGraph) -> (Vec<FoldPatch>, Vec<FoldTriangle>) {
     let mut triangles = Vec::new();
     let patch = |fold: &super::groups::FoldRest| {
@@ -56,6 +57,9 @@ pub(super) fn patches(rig: &Rig, graph: &SkinGraph) -> (Vec<FoldPatch>, Vec<Fold
             }
             let [a, b, c] = corners.map(|v| graph.copy_of[v as usize]);
             let at = |v: u32| -> DVec3 { rig.character.positions_rest[v as usize].as_dvec3() - centre };
+            if !fold.reaches(rig.character.positions_rest[a as usize], owners[0] == fold.parent) {
+                continue;
+            }
             volume += at(a).dot(at(b).cross(at(c))) / 6.0;
             triangles.push(FoldTriangle { a, b, c, of_parent: (owners[0] == fold.parent).into() });
         }

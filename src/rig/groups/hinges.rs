@@ -76,6 +76,12 @@ const MOST_GAIN: f32 = 0.3;
 const MOST_OFFSET: f32 = 0.5;
 
 impl FoldRest {
+    /// Whether a point at rest lies within the bulge of the group above, or below, the joint.
+    pub fn reaches(&self, p_rest: Vec3, of_parent: bool) -> bool {
+        let axis = self.axes[usize::from(!of_parent)];
+        (p_rest - self.origin).dot(axis) <= self.settings.end_at * self.radius
+    }
+
     /// The two groups' ends in a pose: the parent's, then the child's. Their offset is the open loop of prototypes 5.
     pub fn posed(&self, groups: &[GroupFrame]) -> [Fold; 2] {
         let (parent, child) = (&groups[self.parent as usize].to_rest, &groups[self.child as usize].to_rest);
