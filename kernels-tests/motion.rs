@@ -333,7 +333,7 @@ fn two_instances_have_times_of_their_own_and_a_reset_starts_anew() {
         // One at 30 frames a second from the beginning, one at 50 from 2 s on.
         let poses = [swinging(frame as f32 / 30.0), swinging(2.0 + frame as f32 / 50.0)];
         if frame == 7 {
-            batch.reset(1);
+            batch.reset(&gpu.queue, 1);
             motions[1].simulation.as_mut().expect("dynamics").reset();
         }
         let results = played(&gpu, &mut batch, &poses);
