@@ -22,6 +22,7 @@ mod normals;
 mod operator_sample;
 mod render;
 mod repo;
+mod skin;
 mod skin_dual_quaternion;
 mod skin_linear;
 mod support;

@@ -334,7 +334,7 @@ fn two_instances_have_times_of_their_own_and_a_reset_starts_anew() {
         let poses = [swinging(frame as f32 / 30.0), swinging(2.0 + frame as f32 / 50.0)];
         if frame == 7 {
             batch.reset(&gpu.queue, 1);
-            motions[1].simulation.as_mut().expect("dynamics").reset();
+            motions[1].reset(&rig);
         }
         let results = played(&gpu, &mut batch, &poses);
         for (instance, (motion, pose)) in motions.iter_mut().zip(&poses).enumerate() {

@@ -240,7 +240,8 @@ fn fields_follow_the_skin_and_repeat_to_the_byte() {
         assert_eq!((grid.joint, grid.muscle_begin, grid.muscle_end), (groups.groups[g].joint, 0, 0));
         // The skin of a tube of radius 5 cm, sampled by 50 points: within a tenth of the support.
         assert!(fit.median_distance < 0.1 * fit.support_radius, "{fit:?}");
-        assert!(fit.support_radius > 0.6 * 0.05 && fit.support_radius < 0.8 * 0.05, "{fit:?}");
+        // The median radius itself: the tube is narrower at its ends.
+        assert!(fit.support_radius > 0.85 * 0.05 && fit.support_radius < 1.05 * 0.05, "{fit:?}");
         assert!((40..=60).contains(&fit.samples), "{fit:?}");
         let axis = c.joints[g].bind().transform_point3(Vec3::ZERO) + Vec3::X * 0.06;
         let (d, _) = grid::sample(grid, &fields.nodes, axis).unwrap();
