@@ -1,6 +1,6 @@
 //! Whole frames: every stage of the GPU's schedule against the reference's, on people's characters and on ours.
 
-use crate::support::{Gpu, bent, data, gpu, limb_rig};
+use crate::support::{Gpu, bent, data, gpu, join, limb_rig};
 use sinew::{
     clip::{ClipChoice, Scene},
     gpu::{Instance, Output, RigBuffers},
@@ -43,11 +43,12 @@ fn every_stage_of_the_limb_agrees_in_every_mode() {
     let mut instance = instance(&gpu, &rig);
     for skinning in MODES {
         let options = FrameOptions { skinning, ..FrameOptions::default() };
-        for degrees in [0.0, 35.0, 80.0, 110.0] {
-            // As the reference's frame alone: from rest.
-            instance.reset(&gpu.queue);
+        instance.reset(&gpu.queue);
+        let mut motion = Motion::new(&rig, &options);
+        for degrees in [0.0, 18.0, 36.0, 54.0, 72.0, 90.0, 108.0] {
             let result = played(&gpu, &mut instance, &bent(degrees), &options);
-            let trace = Reference::new(&rig).frame(&bent(degrees), &options).expect("pose");
+            let trace = Reference::new(&rig).next(&mut motion, &bent(degrees), &options).expect("pose");
+            join(&mut motion, &result);
             let stages = parity::compare(&result, CpuResult(&trace), rig.character.height_rest());
             assert!(failed(&stages).is_empty(), "{skinning:?} at {degrees}: {:#?}", failed(&stages));
             let names: Vec<_> = stages.iter().map(|s| s.stage).collect();
@@ -83,6 +84,7 @@ fn a_human_walks_alike_on_both_sides() {
         let pose = scene.pose(clip, frame as f32 * 0.1);
         let result = played(&gpu, &mut instance, &pose, &options);
         let trace = Reference::new(&rig).next(&mut motion, &pose, &options).expect("pose");
+        join(&mut motion, &result);
         let stages = parity::compare(&result, CpuResult(&trace), rig.character.height_rest());
         assert!(failed(&stages).is_empty(), "frame {frame}: {:#?}", failed(&stages));
     }

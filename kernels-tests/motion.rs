@@ -1,6 +1,6 @@
 //! Frames in motion: muscles with dynamics, on the GPU and in the reference, each with a state of its own.
 
-use crate::support::{Gpu, Random, bent, data, gpu, limb, limb_muscle, limb_rig};
+use crate::support::{Gpu, Random, bent, data, gpu, join, limb, limb_muscle, limb_rig};
 use glam::{Mat4, Vec4Swizzles};
 use sinew::{
     dynamics::Particle,
@@ -237,6 +237,7 @@ fn curled(gpu: &Gpu, arm: &Arm, options: &FrameOptions, frames: usize, resumes: 
                 None => worst.push(stage),
             }
         }
+        join(&mut motion, &result);
         if resumes {
             motion.simulation.as_mut().expect("dynamics").resume(&result.particles, &result.axes);
         }

@@ -93,7 +93,7 @@ fn a_turned_patch_is_found_at_any_angle() {
             for axis in [Vec3::Y, Vec3::new(0.6, 0.0, 0.8), Vec3::new(-0.3, 0.9, 0.2).normalize()] {
                 let rotation = Quat::from_axis_angle(axis, degrees.to_radians());
                 let positions = patch.moved(&Mat4::from_rotation_translation(rotation, Vec3::new(0.5, 2.0, -1.0)));
-                let tracks = turned(&patch, &positions, rotation * Vec3::Y, 4);
+                let tracks = turned(&patch, &positions, rotation * Vec3::Y, 5);
                 let found = off(&tracks[0], &Mat3::from_quat(rotation));
                 worst = worst.max(found);
                 assert!(found < 0.1, "{degrees} degrees about {axis}: {found} degrees off");
@@ -293,7 +293,7 @@ fn sub_poses_keep_bones_together_and_end_in_the_pose() {
         let e = elbow(&rig);
         let parent = rig.character.joints[e].parent.expect("a parent") as usize;
         let relative = sub_pose.joints[parent].matrix.inverse() * sub_pose.joints[e].matrix;
-        let angle = Quat::from_mat4(&relative).to_axis_angle().1.to_degrees();
+        let angle = Quat::from_mat4(&relative).angle_between(Quat::IDENTITY).to_degrees();
         assert!((angle - before - 10.0).abs() < 0.01, "from {before} to {angle} degrees");
         before = angle;
     }
@@ -306,12 +306,12 @@ fn who_stands_still_has_no_sub_poses() {
     let at = |degrees: f32| posed(&rig, elbow(&rig), degrees, Mat4::IDENTITY);
     let mut path = Path::default();
     let counts =
-        [0.0, 0.0, 5.0, 5.0, 5.00001, 24.9, 26.0, 56.0].map(|degrees| path.advance(&rig, &at(degrees), &options).0);
+        [0.0, 0.0, 5.0, 5.0, 5.00001, 24.9, 26.0, 55.0].map(|degrees| path.advance(&rig, &at(degrees), &options).0);
     // The first pose always has one: nothing is known of where the skin is.
     assert_eq!(counts.map(|way| way.count), [1, 0, 1, 0, 0, 1, 1, 3]);
     assert!(counts.iter().all(|way| way.posed == 1));
     assert!((counts[6].turn - 1.1 / 20.0).abs() < 1e-5, "{}", counts[6].turn);
-    let lifted = posed(&rig, elbow(&rig), 56.0, Mat4::from_translation(Vec3::Y * 1e-3));
+    let lifted = posed(&rig, elbow(&rig), 55.0, Mat4::from_translation(Vec3::Y * 1e-3));
     assert_eq!(path.advance(&rig, &lifted, &options).0.count, 1, "a millimetre of lift");
 }
 

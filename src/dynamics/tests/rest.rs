@@ -17,28 +17,6 @@ fn strays(rig: &Rig, frames: u32) -> f32 {
         let trace = reference.next(&mut motion, &pose, &options).expect("a frame");
         let pairs = trace.positions().iter().zip(&rig.positions_rest);
         most = pairs.fold(most, |m, (p, q)| m.max(p.truncate().distance(q.truncate())));
-        let (mut w, mut wd) = (0, 0.0);
-        for (v, (p, q)) in trace.positions().iter().zip(&rig.positions_rest).enumerate() {
-            let d = p.truncate().distance(q.truncate());
-            if d > wd {
-                (w, wd) = (v, d);
-            }
-        }
-        let axes = rig.muscles_at_rest().1;
-        let am = trace
-            .axes
-            .iter()
-            .zip(&axes)
-            .map(|(a, b)| a.position.truncate().distance(b.position.truncate()))
-            .enumerate()
-            .fold((0, 0.0f32), |m, x| if x.1 > m.1 { x } else { m });
-        let mi = rig.muscles.iter().position(|m| (m.first_point..=m.first_point + m.segments).contains(&(am.0 as u32)));
-        println!(
-            "DBG frame {frame}: worst {w} {wd} target {:?} track {:?} axis {am:?} {:?}",
-            rig.targets.vertices[w],
-            trace.tracks[w],
-            mi.map(|i| (&rig.muscle_names[i], rig.muscles[i].joint, rig.muscles[i].group))
-        );
     }
     most
 }
