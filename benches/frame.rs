@@ -1,7 +1,7 @@
-//! Skinning, field evaluation and march, on the GPU and on the CPU, at the paper's sizes and above.
+//! Skinning, field evaluation and the tracker's stages, on the GPU and on the CPU, at the paper's sizes and above.
 //!
-//! `cargo bench` prints the adapter first, and the march's mean steps beside each size. A time from a software
-//! adapter is a CPU time. Throughput is vertices per second; `one core` runs on a pool of one thread.
+//! `cargo bench` prints the adapter first. A time from a software adapter is a CPU time. Throughput is vertices per
+//! second; `one core` runs on a pool of one thread. A whole frame goes to and fro between two poses two degrees apart.
 
 mod tube;
 
@@ -10,9 +10,9 @@ use sinew::{
     gpu::{Batch, DeviceChoice, Headless, Kernels, Output, RigBuffers},
     reference::{Motion, Reference, Trace},
     rig::{FrameInputs, Pose, Rig},
-    schedule::{FrameOptions, KernelId, Step},
+    schedule::{Counts, FrameOptions, KernelId, Skinning, Step},
     skinning::{self, SkinInput},
-    tracking::{self, FieldInput},
+    tracking::{self, FieldInput, RelaxInput, TrackParams},
 };
 use std::{sync::Arc, time::Duration};
 
@@ -20,23 +20,24 @@ const SIZES: [usize; 3] = [2_172, 19_296, 200_000];
 
 struct Case {
     rig: Arc<Rig>,
-    pose: Pose,
+    poses: [Pose; 2],
     inputs: FrameInputs,
+    motion: Motion,
     trace: Trace,
 }
 
 impl Case {
     fn new(vertices: usize) -> Case {
         let rig = Arc::new(tube::rig(vertices));
-        let pose = tube::bent(&rig, 70.0);
-        let inputs = FrameInputs::new(&rig, &pose).expect("a pose of the rig's own");
-        let trace = Reference::new(&rig).frame(&pose, &FrameOptions::default()).expect("a pose of the rig's own");
-        Case { rig, pose, inputs, trace }
-    }
-
-    fn steps(&self) -> f64 {
-        let marched: Vec<u32> = self.trace.reports.iter().filter(|r| r.stop != 0).map(|r| r.steps).collect();
-        f64::from(marched.iter().sum::<u32>()) / marched.len().max(1) as f64
+        let poses = [70.0, 72.0].map(|degrees| tube::bent(&rig, degrees));
+        let inputs = FrameInputs::new(&rig, &poses[0]).expect("a pose of the rig's own");
+        let options = FrameOptions::default();
+        let mut motion = Motion::new(&rig, &options);
+        let reference = Reference::new(&rig);
+        let mut trace = reference.next(&mut motion, &poses[0], &options).expect("a pose of the rig's own");
+        let linear = FrameOptions { skinning: Skinning::Linear, ..options };
+        trace.skinned = reference.frame(&poses[0], &linear).expect("a pose of the rig's own").skinned;
+        Case { rig, poses, inputs, motion, trace }
     }
 
     fn field(&self) -> FieldInput<'_> {
@@ -46,10 +47,6 @@ impl Case {
             muscles: &self.trace.muscles,
             axes: &self.trace.axes,
         }
-    }
-
-    fn step(&self, kernel: KernelId) -> Step {
-        *self.trace.steps.iter().find(|s| s.kernel == kernel).expect("a step of an implicit frame")
     }
 }
 
@@ -78,14 +75,25 @@ fn cpu(criterion: &mut Criterion, cases: &[Case]) {
             b.iter(|| tracking::sample(&case.field(), &case.trace.skinned, &mut samples));
         });
         let reference = Reference::new(&case.rig);
-        let (step, options) = (case.step(KernelId::March), FrameOptions::default());
-        let (mut motion, mut trace) = (Motion::default(), case.trace.clone());
-        let name = format!("march, {:.1} steps", case.steps());
-        group.bench_function(BenchmarkId::new(name, vertices), |b| {
-            b.iter(|| reference.play(&step, &case.inputs, &options, &mut motion, &mut trace));
+        let options = FrameOptions::default();
+        let mut skin = case.motion.skin.clone().expect("a tracked skin");
+        let params = TrackParams::new(&Counts::default(), 1, &options.track, 0, false);
+        let targets = &case.rig.targets.vertices;
+        group.bench_function(BenchmarkId::new("march, one pass", vertices), |b| {
+            let (positions, tracks) = (&mut skin.positions, &mut skin.tracks);
+            b.iter(|| tracking::march(&params, &case.field(), targets, &skin.places, positions, tracks));
         });
+        let relax = RelaxInput { targets, edges: &case.rig.graph.edges, positions_rest: &case.rig.positions_rest };
+        group.bench_function(BenchmarkId::new("turn, one pass", vertices), |b| {
+            b.iter(|| tracking::turn(&params, &relax, &skin.positions, &mut skin.tracks));
+        });
+        group.bench_function(BenchmarkId::new("slide, one sweep", vertices), |b| {
+            b.iter(|| tracking::slide(&params, &relax, &skin.tracks, &skin.positions, &mut samples));
+        });
+        let mut motion = case.motion.clone();
+        let mut poses = case.poses.iter().rev().cycle();
         group.bench_function(BenchmarkId::new("whole frame", vertices), |b| {
-            b.iter(|| reference.frame(&case.pose, &options));
+            b.iter(|| poses.next().map(|pose| reference.next(&mut motion, pose, &options)));
         });
     }
     group.finish();
@@ -101,19 +109,30 @@ fn gpu(criterion: &mut Criterion, cases: &[Case], headless: &Headless) {
         let buffers = Arc::new(RigBuffers::upload(&headless.device, Arc::clone(&case.rig)).expect("buffers"));
         let mut batch =
             Batch::new(&kernels, &headless.device, &headless.queue, &buffers, 1, Output::Owned).expect("batch");
-        batch.set_pose(&headless.queue, 0, &case.pose).expect("a pose of the rig's own");
-        let mut play = |name: String, chosen: &dyn Fn(&Step) -> bool| {
+        let mut play = |name: &str, moves: bool, chosen: &dyn Fn(&Step) -> bool| {
+            let mut poses = case.poses.iter().cycle();
+            let mut pose = |batch: &mut Batch| {
+                let pose = poses.next().expect("poses without end");
+                batch.set_pose(&headless.queue, 0, pose).expect("a pose of the rig's own");
+            };
+            pose(&mut batch);
+            headless.submit(|encoder| batch.encode(encoder));
+            pose(&mut batch);
             group.bench_function(BenchmarkId::new(name, vertices), |b| {
                 b.iter(|| {
                     headless.submit(|encoder| batch.encode_where(encoder, None, chosen));
                     headless.wait().expect("the device keeps up");
+                    if moves {
+                        pose(&mut batch);
+                    }
                 });
             });
         };
-        play("whole frame".to_owned(), &|_| true);
-        play("skin linear".to_owned(), &|s| s.kernel == KernelId::SkinLinear);
-        play(format!("march, {:.1} steps", case.steps()), &|s| s.kernel == KernelId::March);
-        play("nothing: submit and wait".to_owned(), &|_| false);
+        play("whole frame", true, &|_| true);
+        play("march, all passes of a sub-pose", false, &|s| s.kernel == KernelId::TrackMarch);
+        play("turn, all passes", false, &|s| s.kernel == KernelId::TrackTurn);
+        play("slide, all sweeps", false, &|s| s.kernel == KernelId::TrackSlide);
+        play("nothing: submit and wait", false, &|_| false);
         field_sample(&mut group, case, headless, &kernels);
     }
     group.finish();

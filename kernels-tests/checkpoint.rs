@@ -58,7 +58,7 @@ fn frames_whose_skin_is_left_out_hand_on_the_same_motion() {
     assert!(arm.last(&gpu, &mut arm.instance(&gpu), 0..=20, false) == whole, "frame 20 alone is another one");
     let mut played = arm.instance(&gpu);
     arm.last(&gpu, &mut played, 0..=6, true);
-    played.reset();
+    played.reset(&gpu.queue);
     assert!(arm.last(&gpu, &mut played, 0..=20, true) == whole, "after a reset");
     assert!(arm.last(&gpu, &mut arm.instance(&gpu), 20..=20, true) != whole, "the motion must be seen");
     assert!(played.batch().steps().iter().any(Step::is_of_motion));

@@ -38,7 +38,7 @@ fn an_engine_gets_vertices_into_its_own_buffer() {
     let buffers = Arc::new(RigBuffers::upload(&device, Arc::clone(&rig)).expect("buffers"));
     let output = Output::Caller { buffer: mine.clone(), layout: LAYOUT };
     let mut instance = Instance::new(&kernels, &device, &queue, &buffers, output).expect("instance");
-    instance.set_pose(&queue, &bent(80.0)).expect("pose");
+    instance.set_pose(&queue, &bent(35.0)).expect("pose");
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     instance.encode(&mut encoder);
     encoder.copy_buffer_to_buffer(&mine, 0, &copy, 0, copy.size());
@@ -47,7 +47,7 @@ fn an_engine_gets_vertices_into_its_own_buffer() {
     device.poll(wgpu::PollType::wait_indefinitely()).expect("done");
     let words: Vec<f32> = bytemuck::pod_collect_to_vec(&copy.get_mapped_range(..).expect("range"));
 
-    let trace = Reference::new(&rig).frame(&bent(80.0), &FrameOptions::default()).expect("pose");
+    let trace = Reference::new(&rig).frame(&bent(35.0), &FrameOptions::default()).expect("pose");
     let at = |v: usize, byte: u32| {
         let word = (LAYOUT.offset + v as u32 * LAYOUT.stride + byte) as usize / 4;
         Vec3::new(words[word], words[word + 1], words[word + 2]).extend(0.0)

@@ -112,12 +112,12 @@ impl Crowd {
         let along = random.vec3().normalize_or(Vec3::X) * (0.12 + 0.05 * random.next());
         let middle = random.vec3() * 0.05;
         let begin = self.links.len() as u32;
-        let link = |index: u32, depth: f32| Link { index, origin_depth: depth, insertion_depth: -0.002, pad_0: 0 };
+        let link = |index: u32, depth: f32| Link { index, origin_depth: depth, insertion_depth: -0.002, joint: 0 };
         self.links.extend([link(0, -0.004), link(1, 0.0)]);
         let others = (0..count as u32).filter(|i| *i != index as u32).take(8);
         self.links.extend(others.map(|i| link(i, 0.0)));
         let skins_begin = self.links.len() as u32;
-        self.links.extend((0..self.grids.len() as u32).map(|i| link(i, 0.0)));
+        self.links.extend((0..self.grids.len() as u32).map(|i| Link { joint: i % JOINTS as u32, ..link(i, 0.0) }));
         self.muscles.push(MuscleBody {
             origin: (middle - along).extend(2e-4 * (1.0 + 0.5 * random.next())),
             insertion: (middle + along).extend(0.2 + 0.1 * random.next()),
@@ -192,6 +192,7 @@ impl Crowd {
             points: self.points() as u32,
             most_segments: self.muscles.iter().map(|m| m.segments).max().unwrap_or(0),
             groups: self.grids.len() as u32,
+            ..Counts::default()
         };
         DynamicsParams::new(&counts, self.instances as u32, JOINTS as u32, options, outer)
     }

@@ -24,8 +24,7 @@ impl Posed {
         let inputs = FrameInputs::new(&rig, &bent(degrees)).expect("pose");
         let mut muscles = vec![Default::default(); rig.muscles.len()];
         let mut axes = vec![Default::default(); rig.point_count as usize];
-        let input =
-            ShapeInput { joints: &inputs.joints, groups: &inputs.groups, inputs: &inputs.muscles, iterates: &[] };
+        let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[] };
         wrap::shape(&rig.muscles, &input, &mut muscles, &mut axes);
         Posed { rig, inputs, muscles, axes }
     }
@@ -115,7 +114,8 @@ fn twin_is_bounded_and_its_gradient_descends_from_its_value() {
     for p in around(20_000, 43) {
         let found = posed.field().composed(p.xyz());
         assert!((0.0..=1.0).contains(&found.sample.value) && found.sample.gradient.is_finite());
-        if !(0.05..0.9).contains(&found.sample.value) {
+        // The bone itself has .9 and no direction.
+        if !(0.05..0.8).contains(&found.sample.value) {
             continue;
         }
         let h = 2e-4;

@@ -106,7 +106,7 @@ fn a_wrong_binding_or_member_is_found() {
 
 #[test]
 fn a_missing_or_repeated_constant_is_found() {
-    let kernel = sinew::kernel::kernel(sinew::schedule::KernelId::March);
+    let kernel = sinew::kernel::kernel(sinew::schedule::KernelId::TrackMarch);
     let module = parsed(kernel);
     let constants = kernel.all_constants(0);
     assert!(check_constants(&constants, &module).is_ok());

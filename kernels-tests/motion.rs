@@ -1,6 +1,6 @@
 //! Frames in motion: muscles with dynamics, on the GPU and in the reference, each with a state of its own.
 
-use crate::support::{Gpu, Random, bent, data, gpu, limb, limb_muscle, limb_rig};
+use crate::support::{Gpu, Random, bent, data, gpu, join, limb, limb_muscle, limb_rig};
 use glam::{Mat4, Vec4Swizzles};
 use sinew::{
     dynamics::Particle,
@@ -237,6 +237,7 @@ fn curled(gpu: &Gpu, arm: &Arm, options: &FrameOptions, frames: usize, resumes: 
                 None => worst.push(stage),
             }
         }
+        join(&mut motion, &result);
         if resumes {
             motion.simulation.as_mut().expect("dynamics").resume(&result.particles, &result.axes);
         }
@@ -333,8 +334,8 @@ fn two_instances_have_times_of_their_own_and_a_reset_starts_anew() {
         // One at 30 frames a second from the beginning, one at 50 from 2 s on.
         let poses = [swinging(frame as f32 / 30.0), swinging(2.0 + frame as f32 / 50.0)];
         if frame == 7 {
-            batch.reset(1);
-            motions[1].simulation.as_mut().expect("dynamics").reset();
+            batch.reset(&gpu.queue, 1);
+            motions[1].reset(&rig);
         }
         let results = played(&gpu, &mut batch, &poses);
         for (instance, (motion, pose)) in motions.iter_mut().zip(&poses).enumerate() {

@@ -3,10 +3,7 @@
 use crate::support::{JUNK, Random, SIZES, gpu, run};
 use glam::{Mat4, Vec3, Vec4, Vec4Swizzles};
 use sinew::{
-    field::{
-        evaluate::GroupFrame,
-        muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest, Profile},
-    },
+    field::muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest, Profile},
     rig::JointFrame,
     schedule::KernelId,
     wrap::{self, MuscleParams, ShapeInput},
@@ -16,7 +13,6 @@ struct Muscles {
     rest: Vec<MuscleRest>,
     inputs: Vec<MuscleInput>,
     joints: Vec<JointFrame>,
-    groups: Vec<GroupFrame>,
     points: usize,
 }
 
@@ -24,7 +20,6 @@ struct Muscles {
 type Shaped = (Vec<MuscleFrame>, Vec<AxisPoint>);
 
 const JOINTS: usize = 4;
-const GROUPS: usize = 3;
 
 impl Muscles {
     fn random(count: usize, instances: usize, seed: u64) -> Muscles {
@@ -43,7 +38,7 @@ impl Muscles {
                     insertion_normal: random.vec3().normalize().extend(0.0),
                     origin_joint: (i % JOINTS) as u32,
                     insertion_joint: if i % 8 == 7 { (i % JOINTS) as u32 } else { ((i + 1) % JOINTS) as u32 },
-                    group: (i % GROUPS) as u32,
+                    joint: (i * 3 % JOINTS) as u32,
                     segments,
                     first_point: points as u32 - segments - 1,
                     ..MuscleRest::default()
@@ -62,10 +57,7 @@ impl Muscles {
             .collect();
         let joints =
             (0..JOINTS * instances).map(|_| JointFrame { matrix: random.matrix(), ..JointFrame::default() }).collect();
-        let groups = (0..GROUPS * instances)
-            .map(|_| GroupFrame { to_rest: random.matrix().inverse(), present: 1, ..GroupFrame::default() })
-            .collect();
-        Muscles { rest, inputs, joints, groups, points }
+        Muscles { rest, inputs, joints, points }
     }
 
     fn cpu(&self, instance: usize) -> Shaped {
@@ -73,7 +65,6 @@ impl Muscles {
         let mut axes = vec![AxisPoint::default(); self.points];
         let input = ShapeInput {
             joints: &self.joints[instance * JOINTS..][..JOINTS],
-            groups: &self.groups[instance * GROUPS..][..GROUPS],
             inputs: &self.inputs[instance * self.rest.len()..][..self.rest.len()],
             iterates: &[],
         };
@@ -87,17 +78,15 @@ impl Muscles {
             muscle_count: self.rest.len() as u32,
             instance_count: instances as u32,
             joint_count: JOINTS as u32,
-            group_count: GROUPS as u32,
             point_count: self.points as u32,
             ..MuscleParams::default()
         };
         let (count, points) = (self.rest.len() * instances, self.points * instances);
-        let inputs: [(&str, &[u8]); 6] = [
+        let inputs: [(&str, &[u8]); 5] = [
             ("params", bytemuck::bytes_of(&params)),
             ("muscles_rest", bytemuck::cast_slice(&self.rest)),
             ("inputs", bytemuck::cast_slice(&self.inputs)),
             ("joints", bytemuck::cast_slice(&self.joints)),
-            ("groups", bytemuck::cast_slice(&self.groups)),
             ("iterates", &[]),
         ];
         let sizes =
@@ -204,10 +193,8 @@ fn twin_keeps_volume_and_frames_its_sections() {
 fn twin_is_the_same_wherever_the_character_stands() {
     let mut muscles = Muscles::random(16, 1, 34);
     let common = Mat4::from_rotation_translation(glam::Quat::from_rotation_z(0.8), Vec3::new(3.0, -1.0, 2.0));
-    muscles.groups.iter_mut().for_each(|g| g.to_rest = Mat4::IDENTITY);
     let (before, _) = muscles.cpu(0);
     muscles.joints.iter_mut().for_each(|j| j.matrix = common * j.matrix);
-    muscles.groups.iter_mut().for_each(|g| g.to_rest = common.inverse());
     for (a, b) in before.iter().zip(muscles.cpu(0).0) {
         assert!(difference(a, &b) < 2e-5, "{}", difference(a, &b));
     }

@@ -4,6 +4,8 @@ use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use sinew::{
     gpu::{DeviceChoice, Headless, Kernels, readback},
     kernel::{dispatch, kernel},
+    parity::GpuResult,
+    reference::Motion,
     rig::{
         Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleShape, MuscleSize, MuscleSpec, Part,
         Pose, Rig,
@@ -240,6 +242,15 @@ pub fn data() -> Option<std::path::PathBuf> {
         announce("SINEW_DATA is not set: tests on other people's characters are passed over");
     }
     folder
+}
+
+/// Lets the reference's skin go on from the device's. A fold magnifies rounding errors from sub-pose to sub-pose, since
+/// the tracker remembers which way a ridge sent a vertex; figures are to be those of one frame.
+pub fn join(motion: &mut Motion, result: &GpuResult) {
+    if let Some(skin) = &mut motion.skin {
+        skin.positions.clone_from(&result.tracked);
+        skin.tracks.clone_from(&result.tracks);
+    }
 }
 
 /// Points with `w = 1`.

@@ -65,6 +65,16 @@ impl Motion {
             skin: tracked.then(|| Skin::rest(&rig.positions_rest, rig.fold_patches.len())),
         }
     }
+
+    /// Lets the next frame start anew, as after a teleport.
+    pub fn reset(&mut self, rig: &Rig) {
+        if let Some(simulation) = &mut self.simulation {
+            simulation.reset();
+        }
+        if let Some(skin) = &mut self.skin {
+            *skin = Skin::rest(&rig.positions_rest);
+        }
+    }
 }
 
 /// The CPU side of one character.
@@ -77,6 +87,11 @@ impl<'a> Reference<'a> {
     /// A reference for a rig.
     pub fn new(rig: &'a Rig) -> Reference<'a> {
         Reference { rig }
+    }
+
+    /// The rig that it plays.
+    pub fn rig(&self) -> &'a Rig {
+        self.rig
     }
 
     /// Computes one frame by itself. With dynamics, muscles settle in its pose, as in the first frame of a motion.

@@ -379,7 +379,8 @@ fn muscles(counts: &Counts, options: &FrameOptions, turns: u32, steps: &mut Vec<
     steps.push(step(KernelId::MuscleShape, counts.muscles, None, None));
 }
 
-/// Sub-poses count down to 0, the pose itself. A skin whose joints stand still is only projected: its muscles may move.
+/// Sub-poses count down to 0, the pose itself. A skin whose joints stand still is only projected: its muscles may move;
+/// it is carried nowhere then, and its carrying says so.
 fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Vec<Step>) {
     let skin = Some(Positions::Skin);
     let slid = Some(Positions::Slid);
@@ -402,6 +403,7 @@ fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Ve
         steps[first..].iter_mut().for_each(|step| step.sub_pose = sub_pose);
     }
     if sub_poses == 0 {
+        steps.push(step(KernelId::TrackCarry, counts.vertices, skin, skin));
         steps.push(Step { projects: true, ..fold });
     }
     steps.extend((0..options.projections).map(|_| Step { projects: true, ..march }));
@@ -417,7 +419,7 @@ mod tests {
     }
 
     fn kernels(vertices: u32, muscles: u32, groups: u32, skinning: Skinning) -> Vec<KernelId> {
-        let track = TrackOptions { passes: 1, projections: 2, ..TrackOptions::default() };
+        let track = TrackOptions { passes: 1, projections: 2, sweeps: 2, ..TrackOptions::default() };
         let options = FrameOptions { skinning, track, ..FrameOptions::default() };
         frame(&counts(vertices, muscles, groups), &options, 3, 1).iter().map(|s| s.kernel).collect()
     }
@@ -452,7 +454,7 @@ mod tests {
         let kernels =
             |of_motion| steps.iter().filter(|s| s.is_of_motion() == of_motion).map(|s| s.kernel).collect::<Vec<_>>();
         let moved = [JointStep, MusclePredict, MuscleProject, MuscleProject, JointStep, MusclePredict, MuscleShape];
-        assert_eq!(kernels(true), [&moved[..], &[TrackMarch; 3]].concat());
+        assert_eq!(kernels(true), [&moved[..], &[TrackCarry], &[TrackMarch; 3]].concat());
         assert_eq!(kernels(false), [TrackSpread, Normals]);
     }
 

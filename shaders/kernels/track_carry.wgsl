@@ -14,6 +14,8 @@
 override ROLE_PASSIVE: u32;
 override ROLE_COPY: u32;
 override STOP_NON_FINITE: u32;
+override TRACK_RUNS: u32;
+override TRACK_ENDS: u32;
 
 @compute @workgroup_size(64)
 fn main(
@@ -28,7 +30,7 @@ fn main(
     let instance = index / params.vertex_count;
     let vertex = index - instance * params.vertex_count;
     let runs = params.sub_pose < ways[instance].count;
-    tracks[index].runs = select(0u, 1u, runs);
+    tracks[index].runs = select(select(0u, TRACK_ENDS, ways[instance].posed != 0u), TRACK_RUNS, runs);
     if !runs || targets[vertex].role == ROLE_COPY {
         return;
     }
@@ -51,5 +53,5 @@ fn main(
     let p = positions[index].xyz;
     let carried = p + math_transform_point(carry, p);
     let drawn = carried + (linear - carried) * (params.anchor * ways[instance].turn * (1.0 - tracks[index].contact));
-    positions[index] = vec4<f32>(drawn, 1.0);
+    positions[index] = vec4<f32>(select(drawn, linear, math_not_finite(math_dot(drawn, drawn))), 1.0);
 }

@@ -18,6 +18,7 @@ override STOP_NO_GRADIENT: u32;
 override STOP_SHORT: u32;
 override STOP_PRESSED: u32;
 override STOP_NON_FINITE: u32;
+override TRACK_RUNS: u32;
 
 @compute @workgroup_size(64)
 fn main(
@@ -32,7 +33,7 @@ fn main(
     let instance = index / params.vertex_count;
     let goal = targets[index - instance * params.vertex_count];
     var track = tracks[index];
-    let runs = params.projects != 0u || track.runs != 0u;
+    let runs = track.runs == TRACK_RUNS || (params.projects != 0u && track.runs != 0u);
     if !runs || goal.role != ROLE_ACTIVE || track.stop == STOP_NON_FINITE {
         return;
     }

@@ -10,6 +10,7 @@
 @group(0) @binding(6) var<storage, read_write> slid: array<vec4<f32>>;
 
 override ROLE_ACTIVE: u32;
+override TRACK_RUNS: u32;
 
 @compute @workgroup_size(64)
 fn main(
@@ -18,7 +19,7 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let index = dispatch_index(group, workgroups, local);
-    if index >= params.vertex_count * params.instance_count || tracks[index].runs == 0u {
+    if index >= params.vertex_count * params.instance_count || tracks[index].runs != TRACK_RUNS {
         return;
     }
     let instance = index / params.vertex_count;
@@ -45,5 +46,6 @@ fn main(
     }
     let way = sum / weights - own.xyz;
     let share = 1.0 - params.contact_hold * tracks[index].contact;
-    slid[index] = vec4<f32>(own.xyz + (way - normal * math_dot(normal, way)) * share, 1.0);
+    let moved = own.xyz + (way - normal * math_dot(normal, way)) * share;
+    slid[index] = select(vec4<f32>(moved, 1.0), own, math_not_finite(math_dot(moved, moved)));
 }

@@ -9,6 +9,7 @@
 @group(0) @binding(5) var<storage, read_write> tracks: array<Track>;
 
 override ROLE_COPY: u32;
+override TRACK_RUNS: u32;
 override TURNS: u32;
 override WEAKEST_TURN: f32;
 
@@ -25,7 +26,7 @@ fn main(
     let instance = index / params.vertex_count;
     let first = instance * params.vertex_count;
     let goal = targets[index - first];
-    if goal.role == ROLE_COPY || tracks[index].runs == 0u {
+    if goal.role == ROLE_COPY || tracks[index].runs != TRACK_RUNS {
         return;
     }
     let p = positions[index].xyz;
@@ -52,10 +53,13 @@ fn main(
     for (var k = 0u; k < TURNS; k++) {
         let r = quaternion_matrix(q);
         let along = abs(math_dot(r[0], x) + math_dot(r[1], y) + math_dot(r[2], z));
-        if along <= WEAKEST_TURN * size {
+        let around = math_cross(r[0], x) + math_cross(r[1], y) + math_cross(r[2], z);
+        let least = WEAKEST_TURN * size;
+        if along <= least && math_dot(around, around) <= least * least {
             break;
         }
-        q = quaternion_turned(q, (math_cross(r[0], x) + math_cross(r[1], y) + math_cross(r[2], z)) / along);
+        q = quaternion_turned(q, around / max(along, least));
     }
-    tracks[index].rotation = q;
+    let broken = math_not_finite(q.x + q.y + q.z + q.w);
+    tracks[index].rotation = select(q, vec4<f32>(0.0, 0.0, 0.0, 1.0), broken);
 }

@@ -103,9 +103,7 @@ impl OnCpu {
 
 impl Moves for OnCpu {
     fn reset(&mut self) {
-        if let Some(simulation) = &mut self.motion.simulation {
-            simulation.reset();
-        }
+        self.motion.reset(&self.rig);
     }
 
     fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {

@@ -146,9 +146,7 @@ mod on_device {
     impl Moves for Both<'_> {
         fn reset(&mut self) {
             self.device.reset();
-            if let Some(simulation) = &mut self.motion.simulation {
-                simulation.reset();
-            }
+            self.motion.reset(self.reference.rig());
         }
 
         fn pass(&mut self, pose: &Pose) -> Result<(), Failure> {

@@ -78,6 +78,8 @@ impl Buffers {
     ) -> Result<(Buffers, OutputLayout), SetupError> {
         let times = |items: u32, size: usize| u64::from(items) * u64::from(count) * size as u64;
         let joint_count = rig.rig.character.joints.len() as u32;
+        // Without fields nothing is tracked.
+        let (tracked, carried) = if counts.groups > 0 { (counts.vertices, joint_count) } else { (0, 0) };
         let layout = output.layout();
         let sizes = [
             ("joints", times(joint_count, size_of::<JointFrame>())),
@@ -86,17 +88,17 @@ impl Buffers {
             ("shaped muscles", times(counts.muscles, size_of::<MuscleFrame>())),
             ("muscle axes", times(counts.points, size_of::<AxisPoint>())),
             ("skinned positions", times(counts.vertices, 16)),
-            ("tracked positions", times(counts.vertices, 16)),
-            ("tracks", times(counts.vertices, size_of::<Track>())),
+            ("tracked positions", times(tracked, 16)),
+            ("tracks", times(tracked, size_of::<Track>())),
             ("muscle clocks", times(1, size_of::<StepClock>())),
             ("joints before", times(joint_count, size_of::<JointFrame>())),
             ("moved joints", times(joint_count, size_of::<MovedJoint>())),
             ("muscle particles", times(counts.points, size_of::<Particle>())),
             ("muscle iterates", times(2, 16 * axis::half(counts.muscles, counts.points))),
-            ("skin positions", times(counts.vertices, 16)),
-            ("slid positions", times(counts.vertices, 16)),
+            ("skin positions", times(tracked, 16)),
+            ("slid positions", times(tracked, 16)),
             ("places", times(counts.reaches, size_of::<Place>())),
-            ("tracked joints", times(SUB_POSES * joint_count, size_of::<TrackJoint>())),
+            ("tracked joints", times(SUB_POSES * carried, size_of::<TrackJoint>())),
             ("ways", times(1, size_of::<Way>())),
             ("fold offsets", times(counts.folds, 4)),
             ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count))),

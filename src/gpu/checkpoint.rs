@@ -64,7 +64,8 @@ impl Batch {
     fn kept(&self) -> [(&wgpu::Buffer, u64); 6] {
         let rig = self.rig();
         let of = |count: usize, size: usize| count as u64 * size as u64;
-        let (points, vertices) = (rig.point_count as usize, rig.positions_rest.len());
+        let vertices = if rig.grids.is_empty() { 0 } else { rig.positions_rest.len() };
+        let points = rig.point_count as usize;
         [
             (self.particles(), of(points, size_of::<Particle>())),
             (self.axes(), of(points, size_of::<AxisPoint>())),

@@ -13,7 +13,7 @@ use crate::{
     rig::{FrameInputs, Pose},
     schedule::{self, Counts, DynamicsOptions, FrameOptions, KernelId, Positions, Skinning, Step},
     skinning::VertexParams,
-    tracking::{Path, Track, TrackParams},
+    tracking::{Path, Track, TrackParams, Way},
     wrap::MuscleParams,
 };
 use std::sync::Arc;
@@ -162,6 +162,9 @@ impl Batch {
 
     /// Puts an instance's skin where it is at rest.
     fn put_to_rest(&mut self, queue: &wgpu::Queue, instance: u32) {
+        if self.rig.rig.grids.is_empty() {
+            return;
+        }
         let positions: &[u8] = bytemuck::cast_slice(&self.rig.rig.positions_rest);
         queue.write_buffer(&self.buffers.skin, u64::from(instance) * positions.len() as u64, positions);
         let tracks = vec![Track::REST; self.rig.rig.positions_rest.len()];
@@ -169,6 +172,9 @@ impl Batch {
         queue.write_buffer(&self.buffers.tracks, u64::from(instance) * tracks.len() as u64, tracks);
         let offsets = vec![0u8; 4 * self.rig.rig.fold_patches.len()];
         queue.write_buffer(&self.buffers.offsets, u64::from(instance) * offsets.len() as u64, &offsets);
+        let way = Way::default();
+        let way = bytemuck::bytes_of(&way);
+        queue.write_buffer(&self.buffers.ways, u64::from(instance) * way.len() as u64, way);
         self.paths[instance as usize] = Path::default();
         self.sub_poses[instance as usize] = 0;
     }
@@ -188,7 +194,7 @@ impl Batch {
         if let Some(options) = counts(&self.rig).dynamics(&self.options) {
             self.advance(queue, instance, &inputs, f64::from(pose.time), &options);
         }
-        if self.options.skinning == Skinning::Implicit {
+        if self.options.skinning == Skinning::Implicit && !self.rig.rig.grids.is_empty() {
             self.lead(queue, instance, pose);
         }
         self.plan();
@@ -243,7 +249,8 @@ impl Batch {
         queue.write_buffer(&self.buffers.muscle_inputs, place(muscles), muscles);
     }
 
-    /// Records one frame of every instance. Neither submits, polls nor maps.
+    /// Records one frame of every instance; one that has got no pose since its last frame stays as it is. Neither submits,
+    /// polls nor maps.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
         self.encode_where(encoder, None, |_| true);
     }
@@ -258,6 +265,8 @@ impl Batch {
     ) {
         let descriptor = wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes };
         let mut pass = encoder.begin_compute_pass(&descriptor);
+        let last = self.steps.iter().rfind(|step| step.is_of_motion());
+        let ends = last.is_some_and(&chosen);
         for step in self.steps.iter().filter(|step| chosen(step)) {
             let Some(prepared) = self.prepared(step) else { continue };
             let threads = u64::from(step.items) * u64::from(self.count);
@@ -266,6 +275,11 @@ impl Batch {
                 pass.set_bind_group(0, &prepared.bindings, &[]);
                 pass.dispatch_workgroups(x, y, 1);
             }
+        }
+        drop(pass);
+        if ends {
+            // A way is gone once.
+            encoder.clear_buffer(&self.buffers.ways, 0, None);
         }
     }
 

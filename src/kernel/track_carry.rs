@@ -4,7 +4,7 @@ use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, unif
 use crate::{
     rig::{Influence, Role, VertexTarget},
     schedule::KernelId,
-    tracking::{StopReason, Track, TrackJoint, TrackParams, Way},
+    tracking::{self, StopReason, Track, TrackJoint, TrackParams, Way},
 };
 
 pub(super) const KERNEL: Kernel = Kernel {
@@ -17,6 +17,8 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("ROLE_PASSIVE", Role::Passive as u32 as f64),
         ("ROLE_COPY", Role::Copy as u32 as f64),
         ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
+        ("TRACK_RUNS", tracking::RUNS as f64),
+        ("TRACK_ENDS", tracking::ENDS as f64),
     ],
     switches: &[],
     bindings: BINDINGS,

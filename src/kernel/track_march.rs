@@ -39,6 +39,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("STOP_SHORT", StopReason::Short as u32 as f64),
         ("STOP_PRESSED", StopReason::Pressed as u32 as f64),
         ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
+        ("TRACK_RUNS", tracking::RUNS as f64),
     ],
     switches: &[],
     bindings: BINDINGS,

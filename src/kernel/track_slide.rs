@@ -4,7 +4,7 @@ use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, unif
 use crate::{
     rig::{Role, SkinEdge, VertexTarget},
     schedule::KernelId,
-    tracking::{Track, TrackParams},
+    tracking::{self, Track, TrackParams},
 };
 
 pub(super) const KERNEL: Kernel = Kernel {
@@ -13,7 +13,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     source: include_str!("../../shaders/kernels/track_slide.wgsl"),
     parts: &[source::DISPATCH, source::MATH, source::QUATERNION],
     structs: STRUCTS,
-    constants: &[("ROLE_ACTIVE", Role::Active as u32 as f64)],
+    constants: &[("ROLE_ACTIVE", Role::Active as u32 as f64), ("TRACK_RUNS", tracking::RUNS as f64)],
     switches: &[],
     bindings: BINDINGS,
     workgroup: WORKGROUP,

@@ -15,6 +15,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     structs: STRUCTS,
     constants: &[
         ("ROLE_COPY", Role::Copy as u32 as f64),
+        ("TRACK_RUNS", tracking::RUNS as f64),
         ("TURNS", tracking::TURNS as f64),
         ("WEAKEST_TURN", tracking::WEAKEST_TURN as f64),
     ],

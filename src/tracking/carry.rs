@@ -1,7 +1,7 @@
 //! Where the tracker starts in a sub-pose, and what of it goes to the copies at seams. Twins of the kernels `track_carry`,
 //! `track_place` and `track_spread`.
 
-use super::{StopReason, Track, TrackJoint, TrackParams, Way, point};
+use super::{RUNS, StopReason, Track, TrackJoint, TrackParams, Way, is_finite, point};
 use crate::{
     field::evaluate::Place,
     math::{affine_inverse, smoothstep, transform_point},
@@ -52,7 +52,7 @@ fn carry_one(anchor: f32, input: &CarryInput, vertex: usize, position: &mut Vec4
     }
     let linear = transform_point(&matrix, point(&input.positions_rest[vertex]));
     let broken = track.stop == StopReason::NonFinite as u32;
-    (track.runs, track.passes, track.stop) = (1, 0, 0);
+    (track.runs, track.passes, track.stop) = (RUNS, 0, 0);
     if target.role == Role::Passive as u32 || broken {
         *position = linear.extend(1.0);
         return;
@@ -60,7 +60,7 @@ fn carry_one(anchor: f32, input: &CarryInput, vertex: usize, position: &mut Vec4
     let p = point(position);
     let carried = p + transform_point(&carry, p);
     let drawn = carried + (linear - carried) * (anchor * (1.0 - track.contact));
-    *position = drawn.extend(1.0);
+    *position = if is_finite(drawn) { drawn } else { linear }.extend(1.0);
 }
 
 /// The frames through which vertices see the groups of their reaches: joints blended, and drawn to another one's beside

@@ -1,6 +1,6 @@
 //! One Newton step of every vertex towards its rest iso-value (background 1.12). Twin of the kernel `track_march`.
 
-use super::{StopReason, Track, TrackParams, carry::CHUNK, point};
+use super::{StopReason, Track, TrackParams, carry::CHUNK, not_finite, point};
 use crate::{
     field::evaluate::{FieldInput, NO_GROUP, Place},
     rig::{Role, VertexTarget},
@@ -79,10 +79,4 @@ fn step(
     let longest = params.max_step_radii * frame.grid.support_radius * frame.scale;
     let wanted = params.relaxation * -gap / length;
     p + unit * wanted.clamp(-longest, longest)
-}
-
-/// Bit test, because drivers fold `x != x` away.
-#[inline]
-fn not_finite(x: f32) -> bool {
-    (x.to_bits() & 0x7fff_ffff) >= 0x7f80_0000
 }

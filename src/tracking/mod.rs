@@ -116,10 +116,16 @@ crate::gpu_struct! {
         pub stop: u32,
         /// Passes since the frame began.
         pub passes: u32,
-        /// 1 while the frame has sub-poses left for its instance.
+        /// Whether its instance takes part in the frame: [`RUNS`] in a sub-pose, [`ENDS`] where only the last passes are
+        /// left, else 0.
         pub runs: u32,
     }
 }
+
+/// A vertex whose instance is in a sub-pose.
+pub(crate) const RUNS: u32 = 1;
+/// A vertex whose instance has no sub-pose here, and gets the last passes.
+pub(crate) const ENDS: u32 = 2;
 
 impl Track {
     /// A vertex at rest.
@@ -216,3 +222,18 @@ impl Skin {
 fn point(p: &Vec4) -> glam::Vec3 {
     p.xyz()
 }
+
+/// Bit test, because drivers fold `x != x` away.
+#[inline]
+fn not_finite(x: f32) -> bool {
+    (x.to_bits() & 0x7fff_ffff) >= 0x7f80_0000
+}
+
+/// Whether a vector's size is a number.
+#[inline]
+fn is_finite(v: glam::Vec3) -> bool {
+    !not_finite(v.dot(v))
+}
+
+#[cfg(test)]
+mod tests;

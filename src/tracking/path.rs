@@ -27,6 +27,8 @@ crate::gpu_struct! {
         pub count: u32,
         /// How far one of them turns a joint, in `direct_degrees`, at most 1.
         pub turn: f32,
+        /// 1 where the instance has got a pose since it was played last: all others stay as they are.
+        pub posed: u32,
     }
 }
 
@@ -76,7 +78,7 @@ impl Path {
             a.transform_point3(centre).distance(b.transform_point3(centre)) > still || from[j].differs(&to[j])
         };
         if !starts && !(0..from.len()).any(moved) {
-            return (Way::default(), Vec::new());
+            return (Way { posed: 1, ..Way::default() }, Vec::new());
         }
         let count = options.sub_poses(angle);
         let mut before = self.palette.clone();
@@ -94,7 +96,7 @@ impl Path {
             .collect();
         self.palette.clone_from(&pose.palette);
         let turn = (angle.to_degrees() / (count as f32 * options.direct_degrees)).min(1.0);
-        (Way { count, turn }, sub_poses)
+        (Way { count, turn, posed: 1 }, sub_poses)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Relaxation of the skin along the field: as rigid as possible (background 2.2, with the normal term of prototypes 3).
 //! Twins of the kernels `track_turn` and `track_slide`.
 
-use super::{Track, TrackParams, carry::CHUNK, point};
+use super::{Track, TrackParams, carry::CHUNK, is_finite, not_finite, point};
 use crate::rig::{Role, SkinEdge, VertexTarget};
 use glam::{Mat3, Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
@@ -63,13 +63,14 @@ fn turn_one(params: &TrackParams, input: &RelaxInput, positions: &[Vec4], vertex
     for _ in 0..TURNS {
         let r = matrix(q);
         let along = (r.x_axis.dot(x) + r.y_axis.dot(y) + r.z_axis.dot(z)).abs();
-        if along <= WEAKEST_TURN * size {
+        let around = r.x_axis.cross(x) + r.y_axis.cross(y) + r.z_axis.cross(z);
+        let least = WEAKEST_TURN * size;
+        if along <= least && around.dot(around) <= least * least {
             break;
         }
-        let omega = (r.x_axis.cross(x) + r.y_axis.cross(y) + r.z_axis.cross(z)) / along;
-        q = turned(q, omega);
+        q = turned(q, around / along.max(least));
     }
-    q
+    if not_finite(q.x + q.y + q.z + q.w) { Vec4::W } else { q }
 }
 
 /// `normalize(q + (omega, 0) q / 2)`.
@@ -125,7 +126,8 @@ fn slide_one(params: &TrackParams, input: &RelaxInput, tracks: &[Track], positio
     }
     let way = sum / weights - point(&own);
     let share = 1.0 - params.contact_hold * tracks[vertex].contact;
-    (point(&own) + (way - normal * normal.dot(way)) * share).extend(1.0)
+    let slid = point(&own) + (way - normal * normal.dot(way)) * share;
+    if is_finite(slid) { slid.extend(1.0) } else { own }
 }
 
 /// A matrix times a vector, column by column.

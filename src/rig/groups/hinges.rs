@@ -154,3 +154,76 @@ pub(super) fn folds(groups: &FieldGroups, shapes: &[Shape], limb: bool) -> Vec<F
     };
     (0..).zip(&groups.groups).filter_map(of).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS: f32 = 0.05;
+
+    /// A straight limb along Y that folds about X at the origin.
+    fn elbow(settings: Settings) -> FoldRest {
+        FoldRest { parent: 0, child: 1, origin: Vec3::ZERO, axes: [Vec3::NEG_Y, Vec3::Y], radius: RADIUS, settings }
+    }
+
+    fn bent(fold: &FoldRest, degrees: f32) -> [Fold; 2] {
+        let common = Mat4::from_rotation_z(0.4) * Mat4::from_translation(Vec3::X);
+        let child = common * Mat4::from_rotation_x(degrees.to_radians());
+        let frame = |m: Mat4| GroupFrame { to_rest: m.inverse(), ..GroupFrame::default() };
+        fold.posed(&[frame(common), frame(child)])
+    }
+
+    #[test]
+    fn folds_displace_nothing_at_rest_and_more_the_further_they_go() {
+        let fold = elbow(OF_LIMBS);
+        let offset = |degrees: f32| bent(&fold, degrees)[0].offset;
+        assert!(offset(0.0).abs() < 1e-9);
+        for degrees in 1..=130 {
+            assert!(offset(degrees as f32) > offset(degrees as f32 - 1.0), "at {degrees}");
+        }
+        // tan(65 degrees) - 65 degrees in radians: 2.144507 - 1.134464.
+        assert!((offset(130.0) - 0.19 * RADIUS * 1.010_043).abs() < 1e-7, "{}", offset(130.0));
+        assert!((bent(&elbow(OF_BODIES), 130.0)[1].offset - 0.25 * RADIUS * 1.010_043).abs() < 1e-7);
+        assert_eq!(offset(179.0), MOST_OFFSET * RADIUS, "no further than half a radius");
+        assert!((offset(100.0) - offset(-100.0)).abs() < 1e-8, "either way");
+        // A limb that is drawn bent has that for its rest.
+        let bind = elbow(OF_LIMBS);
+        let half = Mat4::from_rotation_x(0.7).transform_vector3(Vec3::Y);
+        let drawn = FoldRest { axes: [Vec3::NEG_Y, half], ..bind };
+        assert!(bent(&drawn, 0.0)[0].offset.abs() < 1e-9);
+        let g = |angle: f32| (0.5 * angle).tan() - 0.5 * angle;
+        let expected = 0.19 * RADIUS * (g(1.7) - g(0.7));
+        assert!((bent(&drawn, 1f32.to_degrees())[0].offset - expected).abs() < 1e-7);
+        assert_eq!(bent(&drawn, (-0.5f32).to_degrees())[0].offset, 0.0, "straightened further nothing is pressed");
+    }
+
+    #[test]
+    fn both_ends_bulge_on_the_side_that_they_fold_to() {
+        let [parent, child] = bent(&elbow(OF_LIMBS), 90.0);
+        // Turned about X the forearm goes from Y to Z.
+        assert!(parent.inner.truncate().abs_diff_eq(Vec3::Z, 1e-6), "{}", parent.inner);
+        assert!(child.inner.truncate().abs_diff_eq(Vec3::Z, 1e-6), "{}", child.inner);
+        assert!(parent.centre.truncate().abs_diff_eq(Vec3::NEG_Y * 1.25 * RADIUS, 1e-6));
+        assert!(child.centre.truncate().abs_diff_eq(Vec3::Y * 1.25 * RADIUS, 1e-6));
+        assert!((parent.centre.w - 3.25 * RADIUS).abs() < 1e-6 && (parent.axis.w - 2.25 * RADIUS).abs() < 1e-6);
+        assert_eq!(parent.inner.w, OUTER_LACK);
+        let flat = elbow(OF_LIMBS).posed(&[GroupFrame::default(), GroupFrame::default()]);
+        assert!(flat.iter().all(|f| f.offset.is_finite() && f.inner.is_finite()), "frames without volume");
+    }
+
+    #[test]
+    fn gates_open_with_the_swing() {
+        let swing = Swing { group: 1, joint: 1, parent: 0, origin: Vec3::ZERO, axis: Vec3::NEG_Y };
+        let at = |degrees: f32| {
+            let parent = Mat4::from_rotation_y(1.0);
+            swing.direction(&[parent, parent * Mat4::from_rotation_z(degrees.to_radians())])
+        };
+        assert!(at(0.0).1 < 1e-3);
+        let (direction, open) = at(7.5);
+        // An arm that hangs down and turns about Z goes to X.
+        assert!(direction.abs_diff_eq(Vec3::X, 1e-5) && (open - 0.5).abs() < 1e-4, "{direction} {open}");
+        assert_eq!(at(40.0).1, 1.0);
+        let flat = swing.direction(&[Mat4::ZERO, Mat4::IDENTITY]);
+        assert!(flat.0.is_finite() && flat.1.is_finite(), "{flat:?}");
+    }
+}

@@ -65,10 +65,9 @@ fn family(groups: &FieldGroups) -> Vec<String> {
     names
 }
 
-const HUMAN_FAMILY: [&str; 16] = [
+const HUMAN_FAMILY: [&str; 15] = [
     "calf_l<thigh_l",
     "calf_r<thigh_r",
-    "chest<pelvis",
     "foot_l<calf_l",
     "foot_r<calf_r",
     "forearm_l<upperarm_l",
@@ -76,12 +75,12 @@ const HUMAN_FAMILY: [&str; 16] = [
     "hand_l<forearm_l",
     "hand_r<forearm_r",
     "head<neck",
-    "neck<chest",
-    "pelvis<",
-    "thigh_l<pelvis",
-    "thigh_r<pelvis",
-    "upperarm_l<chest",
-    "upperarm_r<chest",
+    "neck<trunk",
+    "thigh_l<trunk",
+    "thigh_r<trunk",
+    "trunk<",
+    "upperarm_l<trunk",
+    "upperarm_r<trunk",
 ];
 
 /// A body whose names follow the given words; `side` writes a side into a limb's name.
@@ -113,7 +112,7 @@ fn body(trunk: [&str; 6], arm: [&str; 5], leg: [&str; 4], side: impl Fn(&str, bo
 }
 
 #[test]
-fn bodies_of_many_vocabularies_have_the_same_sixteen_groups() {
+fn bodies_of_many_vocabularies_have_the_same_fifteen_groups() {
     let unreal = body(
         ["pelvis", "spine_01", "spine_02", "spine_03", "neck_01", "head"],
         ["clavicle", "upperarm", "lowerarm", "hand", "index_01"],
@@ -143,7 +142,7 @@ fn bodies_of_many_vocabularies_have_the_same_sixteen_groups() {
         assert_eq!(family(&groups), HUMAN_FAMILY, "{}", c.joints[1].name);
         assert!(groups.group_of_joint.iter().all(|&g| g != u32::MAX));
         let spine = |j: usize| groups.groups[groups.group_of_joint[j] as usize].name.as_str();
-        assert_eq!([0, 1, 2, 3].map(spine), ["pelvis", "pelvis", "chest", "chest"]);
+        assert_eq!([0, 1, 2, 3].map(spine), ["trunk"; 4]);
         for g in &groups.groups {
             assert_eq!(g.passive, ["head", "hand", "foot"].iter().any(|p| g.name.starts_with(p)), "{}", g.name);
         }
@@ -241,7 +240,8 @@ fn fields_follow_the_skin_and_repeat_to_the_byte() {
         assert_eq!((grid.joint, grid.muscle_begin, grid.muscle_end), (groups.groups[g].joint, 0, 0));
         // The skin of a tube of radius 5 cm, sampled by 50 points: within a tenth of the support.
         assert!(fit.median_distance < 0.1 * fit.support_radius, "{fit:?}");
-        assert!(fit.support_radius > 0.6 * 0.05 && fit.support_radius < 0.8 * 0.05, "{fit:?}");
+        // The median radius itself: the tube is narrower at its ends.
+        assert!(fit.support_radius > 0.85 * 0.05 && fit.support_radius < 1.05 * 0.05, "{fit:?}");
         assert!((40..=60).contains(&fit.samples), "{fit:?}");
         let axis = c.joints[g].bind().transform_point3(Vec3::ZERO) + Vec3::X * 0.06;
         let (d, _) = grid::sample(grid, &fields.nodes, axis).unwrap();
