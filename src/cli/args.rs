@@ -45,7 +45,7 @@ pub enum Verb {
     Muscles(Muscles),
     /// Print the JSON Schema of the muscle file
     Schema,
-    /// Draw the muscle paper's figures from this program's fields
+    /// Draw the papers' figures from this program's fields
     Figures(Figures),
     /// Say what Sinew finds on this machine and what is missing
     Doctor(Doctor),
@@ -289,9 +289,13 @@ pub struct Figures {
     /// Folder for figure_2.png and so on
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
-    /// Only these figures, T3 for the table; 4, 5, 6, 8, 9, 12, 13, A16 and T3 need no adapter [default: 2,3,4,5,6,7,8,9,11,12,13,14,15,A16,T3]
+    /// Only these figures, T3 for the table, IS-elbow and IS-knee for Implicit Skinning's folds; 4, 5, 6, 8, 9, 10, 12, 13, A16 and T3 need
+    /// no adapter [default: all, IS-knee with --limb]
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     pub only: Vec<Figure>,
+    /// The character whose elbow and knee are bent [default: the built-in arm]
+    #[arg(long, value_name = "IN")]
+    pub limb: Option<PathBuf>,
     #[command(flatten)]
     pub compute: Compute,
     /// Print the result as JSON

@@ -98,7 +98,9 @@ pub fn run(args: &args::Inspect, scene: &Scene, muscles: &MuscleFile) -> Result<
     let count = scene.character.vertex_count();
     if let Some(vertex) = args.vertex.filter(|&v| v as usize >= count) {
         let last = count.saturating_sub(1);
-        return Err(named(format!("--vertex {vertex} is not there: vertices are numbered 0 to {last}; give one of them")));
+        return Err(named(format!(
+            "--vertex {vertex} is not there: vertices are numbered 0 to {last}; give one of them"
+        )));
     }
     let rig = load::rig(&args.input, scene, muscles, true, options.dynamics.as_ref())?;
     let mut play = Play { rig: &rig, options, motion: Motion::new(&rig, &options) };

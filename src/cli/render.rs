@@ -199,7 +199,19 @@ mod on_device {
         let moving = options.dynamics.is_some();
         let remembers = options.skinning == Skinning::Implicit;
         let bodies = if moving { Bodies::new(rig) } else { Bodies::default() };
-        Ok(Film { source, studio, camera, rig: Arc::clone(rig), beside, moving, remembers, bodies, paths: None, folds: None, size })
+        Ok(Film {
+            source,
+            studio,
+            camera,
+            rig: Arc::clone(rig),
+            beside,
+            moving,
+            remembers,
+            bodies,
+            paths: None,
+            folds: None,
+            size,
+        })
     }
 
     impl Source {

@@ -126,10 +126,7 @@ impl Reference<'_> {
         let reaches = rig.targets.reaches[own.clone()].iter().map(|reach| SeenReach {
             reach: *reach,
             blend: rig.targets.blends[reach.blend_begin as usize..reach.blend_end as usize].to_vec(),
-            drawn: way
-                .last()
-                .filter(|_| reach.other != NO_JOINT)
-                .map(|sub_pose| drawn_share(&sub_pose.joints, reach)),
+            drawn: way.last().filter(|_| reach.other != NO_JOINT).map(|sub_pose| drawn_share(&sub_pose.joints, reach)),
         });
         Ok(Some(Explained {
             vertex,
@@ -165,12 +162,7 @@ impl FieldInput<'_> {
                 }
             }
         }
-        Sight {
-            position,
-            tracked: self.own_side(target.owner, target.limit, places, position),
-            groups,
-            muscles,
-        }
+        Sight { position, tracked: self.own_side(target.owner, target.limit, places, position), groups, muscles }
     }
 }
 

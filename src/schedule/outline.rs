@@ -42,8 +42,7 @@ impl KernelId {
 /// Folds what repeats in a schedule. Buffers, sub-poses and outer iterations, which differ from one repetition to the next, are
 /// left out.
 pub fn outline(steps: &[Step]) -> Vec<Entry> {
-    let entry =
-        |s: &Step| Entry::Step { kernel: s.kernel, items: s.items, projects: s.projects, carries: s.carries };
+    let entry = |s: &Step| Entry::Step { kernel: s.kernel, items: s.items, projects: s.projects, carries: s.carries };
     let mut entries: Vec<Entry> = steps.iter().map(entry).collect();
     let mut length = 1;
     while 2 * length <= entries.len() {
@@ -106,8 +105,7 @@ mod tests {
     use super::*;
 
     fn steps(sub_poses: u32) -> Vec<Step> {
-        let counts =
-            Counts { vertices: 9, joints: 2, muscles: 2, points: 8, most_segments: 3, groups: 2, reaches: 5 };
+        let counts = Counts { vertices: 9, joints: 2, muscles: 2, points: 8, most_segments: 3, groups: 2, reaches: 5 };
         let options = FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
         frame(&counts, &options, 8, sub_poses)
     }

@@ -266,7 +266,10 @@ pub fn text(found: &Vertex) -> String {
     }
     line(1, format!("muscles in reach: {}", found.ended.muscles.len()));
     for after in &found.ended.muscles {
-        line(2, format!("{}: {:.4}, then {:.4}", after.name, value_of(&found.carried.muscles, &after.name), after.value));
+        line(
+            2,
+            format!("{}: {:.4}, then {:.4}", after.name, value_of(&found.carried.muscles, &after.name), after.value),
+        );
     }
     line(1, format!("neighbours: {}", found.neighbours.len()));
     for n in &found.neighbours {
