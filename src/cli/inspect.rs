@@ -242,7 +242,7 @@ fn text(found: &Inspected) -> String {
         let passive = if g.passive { ", passive" } else { "" };
         let folds = if g.folds.is_empty() { String::new() } else { format!(", folds with {}", g.folds.join(" ")) };
         format!(
-            "{}{parent}, driven by {}{passive}: {} of {} vertices track it, support {:.1} cm{folds}; joints {}",
+            "{}{parent}, driven by {}{passive}: {} vertices track it, {} are bound to it, support {:.1} cm{folds}; joints {}",
             g.name,
             g.driver,
             g.active_vertices,

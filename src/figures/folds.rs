@@ -1,7 +1,7 @@
 //! Implicit Skinning's folds: a joint bent by linear and dual quaternion skinning and by the tracked skin, side by side.
 
 use super::limb::{Bent, Effect, Limb};
-use super::plot::{Align, Label, PALE};
+use super::plot::{Align, Label};
 use super::scene::{Studio, sheet};
 use super::{Drawn, Finding};
 use crate::error::FigureError;
@@ -16,6 +16,8 @@ const ANGLES: [f32; 4] = [0.0, 45.0, 90.0, 130.0];
 const TITLES: [&str; 4] = ["0°", "45°", "90°", "130°"];
 const ROWS: [(Skinning, &str); 3] =
     [(Skinning::Linear, "linear"), (Skinning::DualQuaternion, "dual quaternion"), (Skinning::Implicit, "ours")];
+/// Up to this many groups a character is a limb and not a body.
+const LIMB_GROUPS: usize = 4;
 /// Pixels over the first row: see [`sheet`].
 const TOP: u32 = 56;
 
@@ -47,15 +49,24 @@ pub(super) fn figure(headless: &Headless, limb: &Limb) -> Result<Drawn, FigureEr
     let mut findings = Vec::new();
     for ((row, (_, name)), effects) in (0..).zip(ROWS).zip(&effects) {
         let top = f64::from(TOP + row * PANEL[1]);
-        Label::new(name, 18.0).align(Align::Left).draw(&mut page, 14.0, top + 16.0)?;
+        let title = Label { rimmed: true, ..Label::new(name, 18.0).align(Align::Left) };
+        title.draw(&mut page, 14.0, top + 16.0)?;
         for ((column, angle), effect) in (0..).zip(ANGLES).zip(effects) {
             let [low, high] = effect.areas;
-            let volume = effect.volume.map_or(String::new(), |volume| format!("volume {volume:+.1} %, "));
+            // Of a whole body a joint is too small a share to be told in percent.
+            let volume = effect.volume.map_or(String::new(), |[at_rest, change]| match limb.rig.groups.groups.len() {
+                0..=LIMB_GROUPS => format!("volume {:+.1} %, ", 100.0 * change / at_rest),
+                _ => format!("volume {:+.0} ml, ", 1e6 * change),
+            });
             let note = format!("{volume}areas {low:.2} to {high:.2}");
             let middle = f64::from(PANEL[0]) * (f64::from(column) + 0.5);
-            Label::new(&note, 14.0).color(PALE).draw(&mut page, middle, top + f64::from(PANEL[1]) - 14.0)?;
+            let note = Label { rimmed: true, ..Label::new(&note, 14.0) };
+            note.draw(&mut page, middle, top + f64::from(PANEL[1]) - 14.0)?;
             let named = |what: &str| format!("{name}, {angle:.0} degrees: {what}");
-            findings.extend(effect.volume.map(|volume| Finding::new(named("change of the volume"), volume, "%")));
+            if let Some([at_rest, change]) = effect.volume {
+                findings.push(Finding::new(named("change of the volume"), 1e6 * change, "ml"));
+                findings.push(Finding::new(named("change of the volume, relative"), 100.0 * change / at_rest, "%"));
+            }
             findings.push(Finding::new(named("smallest ratio of a triangle's areas"), low, ""));
             findings.push(Finding::new(named("largest ratio of a triangle's areas"), high, ""));
             findings.push(Finding::new(named("change of the angle at 99.5 % of the edges"), effect.crease, "degrees"));
