@@ -46,8 +46,10 @@ pub fn outline(steps: &[Step]) -> Vec<Entry> {
     let mut entries: Vec<Entry> = steps.iter().map(entry).collect();
     let mut length = 1;
     while 2 * length <= entries.len() {
+        let before = entries.len();
         entries = folded(&entries, length);
-        length += 1;
+        // What has been folded may repeat in shorter blocks than it did.
+        length = if entries.len() < before { 1 } else { length + 1 };
     }
     entries
 }
