@@ -28,6 +28,7 @@ fn words(kernel: KernelId, projects: bool, carries: bool) -> (&'static str, usiz
         KernelId::MuscleShape => ("axes, length, width, section", 2),
         KernelId::TrackCarry => ("skin on with its joints", 1),
         KernelId::TrackPlace => ("groups as vertices see them", 1),
+        KernelId::TrackFold => ("what folding joints displace", 1),
         KernelId::TrackMarch if projects => ("last steps to the iso-values", 1),
         KernelId::TrackMarch => ("a step to the iso-values", 1),
         KernelId::TrackTurn => ("how the skin has turned", 1),

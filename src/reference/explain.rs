@@ -9,7 +9,7 @@ use crate::{
     },
     math::transform_point,
     rig::{FrameInputs, Influence, NO_JOINT, Pose, Reach, Role, Targets, Unheld, VertexTarget},
-    schedule::{FrameOptions, KernelId},
+    schedule::{FoldVolume, FrameOptions, KernelId},
     tracking::{Track, drawn_share},
 };
 use glam::{Vec3, Vec4Swizzles};
@@ -121,8 +121,9 @@ impl Reference<'_> {
             };
             field.sight(&target, places, position)
         };
-        let before = sight(&carried, &start, way.first().map_or(&inputs.groups, |sub_pose| &sub_pose.groups));
-        let after = sight(motion, &trace, &inputs.groups);
+        let first = way.first().map_or(&inputs.groups, |sub_pose| &sub_pose.groups);
+        let before = sight(&carried, &start, &self.folded(&carried, options, first));
+        let after = sight(motion, &trace, &self.folded(motion, options, &inputs.groups));
         let reaches = rig.targets.reaches[own.clone()].iter().map(|reach| SeenReach {
             reach: *reach,
             blend: rig.targets.blends[reach.blend_begin as usize..reach.blend_end as usize].to_vec(),
@@ -139,6 +140,20 @@ impl Reference<'_> {
             after,
             track: trace.tracks.get(v).copied().unwrap_or_default(),
         }))
+    }
+}
+
+impl Reference<'_> {
+    /// Field groups with what the tracker has found their folds to displace.
+    fn folded(&self, motion: &Motion, options: &FrameOptions, groups: &[GroupFrame]) -> Vec<GroupFrame> {
+        let mut groups = groups.to_vec();
+        let offsets = motion.skin.as_ref().filter(|_| options.track.fold == FoldVolume::Closed);
+        let offsets = offsets.map_or(&[][..], |skin| &skin.offsets);
+        for (patch, &offset) in self.rig.fold_patches.iter().zip(offsets) {
+            groups[patch.child as usize].fold_start.offset = offset;
+            groups[patch.parent as usize].fold_end.offset = offset;
+        }
+        groups
     }
 }
 

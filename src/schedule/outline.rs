@@ -77,7 +77,7 @@ fn folded(entries: &[Entry], length: usize) -> Vec<Entry> {
 }
 
 impl Entry {
-    /// In one line: `5 x { track_march, track_turn, 4 x track_slide }`.
+    /// In one line: `5 x { track_fold, track_march, track_turn, 4 x track_slide }`.
     pub fn line(&self) -> String {
         match self {
             Entry::Step { kernel, .. } => kernel.name(),
@@ -107,7 +107,8 @@ mod tests {
     use super::*;
 
     fn steps(sub_poses: u32) -> Vec<Step> {
-        let counts = Counts { vertices: 9, joints: 2, muscles: 2, points: 8, most_segments: 3, groups: 2, reaches: 5 };
+        let counts =
+            Counts { vertices: 9, joints: 2, muscles: 2, points: 8, most_segments: 3, groups: 2, reaches: 5, folds: 1 };
         let options = FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
         frame(&counts, &options, 8, sub_poses)
     }
@@ -122,7 +123,7 @@ mod tests {
                 "joint_step",
                 "muscle_predict",
                 "muscle_shape",
-                "3 x { track_carry, track_place, 5 x { track_march, track_turn, 4 x track_slide } }",
+                "3 x { track_carry, track_place, 5 x { track_fold, track_march, track_turn, 4 x track_slide } }",
                 "3 x track_march",
                 "track_spread",
                 "normals",
