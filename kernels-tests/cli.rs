@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod characters;
+mod explain;
 mod figures;
 mod muscle_meshes;
 mod muscle_plots;
@@ -72,7 +73,7 @@ pub fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn wrong_flags_are_usage() {
-    let cases: [&[&str]; 19] = [
+    let cases: [&[&str]; 23] = [
         &[],
         &["dance"],
         &["bake"],
@@ -84,6 +85,10 @@ fn wrong_flags_are_usage() {
         &["render", "in.glb", "-o", "out", "--threads", "0"],
         &["bake", "in.glb", "-o", "out", "--threads", "1025"],
         &["inspect", "in.glb", "--wobble"],
+        &["inspect", "in.glb", "--vertex", "3"],
+        &["inspect", "in.glb", "--frame", "3"],
+        &["inspect", "in.glb", "--schedule", "--vertex", "3", "--frame", "3"],
+        &["inspect", "in.glb", "--clip", "walk"],
         &["bake", "in.glb", "-o", "out", "--frequency", "61"],
         &["bake", "in.glb", "-o", "out", "--dynamics", "off", "--solver", "jacobi"],
         &["parity", "in.glb", "--iterations", "8"],

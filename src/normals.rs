@@ -1,5 +1,9 @@
 //! Normals of the deformed skin from its faces, and the output vertex. Twin of the kernel `normals`.
 
+mod crease;
+
+pub use crease::Creases;
+
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 

@@ -1,5 +1,9 @@
 //! Plays a schedule on the CPU and keeps every intermediate: the judge of the GPU, and what runs without one.
 
+mod explain;
+
+pub use explain::{Explained, SeenGroup, SeenMuscle, SeenReach, Sight};
+
 use crate::{
     dynamics::{Bodies, DynamicsParams, Particle, Simulation, Skins},
     error::PoseError,
@@ -375,7 +379,7 @@ mod tests {
     };
     use std::path::Path;
 
-    fn arm() -> (Scene, Rig, FrameOptions) {
+    pub(super) fn arm() -> (Scene, Rig, FrameOptions) {
         let scene = crate::io::gltf::from_bytes(include_bytes!("../assets/arm.glb"), "arm").expect("the arm");
         let text = include_str!("../assets/arm.muscles.toml");
         let file = muscle_file::parse(text, Path::new("arm.muscles.toml")).expect("good");
@@ -383,7 +387,7 @@ mod tests {
         (scene, rig, FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() })
     }
 
-    fn pose(scene: &Scene, frame: u32) -> Pose {
+    pub(super) fn pose(scene: &Scene, frame: u32) -> Pose {
         scene.pose(scene.choose_clip(Some("shake")).expect("the clip"), frame as f32 / 30.0)
     }
 

@@ -2,6 +2,10 @@
 //!
 //! The GPU and the reference both play this list, so counts and buffers cannot diverge.
 
+mod outline;
+
+pub use outline::{Entry, outline};
+
 /// How skin follows joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Skinning {

@@ -47,12 +47,34 @@ fn without_an_adapter_what_is_drawn_in_space_is_refused() {
 }
 
 #[test]
+fn a_character_without_the_joint_is_refused() {
+    if skip_gpu() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("figures");
+    for (only, limb) in [("IS-knee", Some("arm.glb")), ("IS-knee", None)] {
+        let limb = limb.map(super::asset);
+        let mut command = sinew();
+        command.args(["figures", "--only", only, "-o"]).arg(&out);
+        command.args(limb.iter().flat_map(|file| [std::ffi::OsStr::new("--limb"), file.as_os_str()]));
+        let line = refusal(&command.output().expect("runs"), 3);
+        assert!(line.contains("arm.glb") && line.contains("--limb"), "{line}");
+        assert!(names(folder.path()).is_empty());
+    }
+}
+
+#[test]
 fn an_unknown_figure_is_wrong_usage() {
     let folder = tempfile::tempdir().expect("a folder");
-    let output = figures(&folder.path().join("x"), &["--only", "5,10"]);
+    let output = figures(&folder.path().join("x"), &["--only", "5,1"]);
     assert_eq!(output.status.code(), Some(2));
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(text.contains("\"10\" is no figure") && text.contains("7, 8, 9, 11, 12, 13, 14, 15, A16, T3"), "{text}");
+    assert!(
+        text.contains("\"1\" is no figure")
+            && text.contains("7, 8, 9, 10, 11, 12, 13, 14, 15, A16, T3, IS-elbow, IS-knee"),
+        "{text}"
+    );
     assert!(names(folder.path()).is_empty());
 }
 
@@ -67,7 +89,9 @@ fn every_figure_is_drawn_and_says_what_was_measured() {
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let drawn = found["figures"].as_array().expect("figures");
     let numbers: Vec<_> = drawn.iter().filter_map(|f| f["figure"].as_str()).collect();
-    assert_eq!(numbers, ["2", "3", "4", "5", "6", "7", "8", "9", "11", "12", "13", "14", "15", "A16", "T3"]);
+    let expected =
+        ["2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12", "13", "14", "15", "A16", "T3", "IS-elbow"];
+    assert_eq!(numbers, expected);
     assert_eq!(names(&out).len(), numbers.len());
     for number in &numbers {
         let (width, height, inked) = picture(&out.join(format!("figure_{number}.png")));
@@ -98,6 +122,9 @@ fn every_figure_is_drawn_and_says_what_was_measured() {
     assert!(value("9", "singular points, union") > 0.0);
     assert!(value("15", "largest bulge of the skin over the biceps: ratio") >= 1.5);
     assert_eq!(value("15", "largest bulge of the skin over the biceps: short of 8 mm or 1.5 times by"), 0.0);
+    assert_eq!(value("10", "marches"), 5.0 * value("10", "sub-poses") + 3.0);
+    let least = |name: &str| value("IS-elbow", &format!("{name}, 130 degrees: smallest ratio of a triangle's areas"));
+    assert!(least("ours") > least("linear"), "{} {}", least("ours"), least("linear"));
     let times = drawn.iter().find(|f| f["figure"] == "12").expect("times")["findings"].as_object().expect("findings");
     assert!(times.keys().any(|name| name.ends_with("30 particles: dynamics, jacobi")), "{times:?}");
     assert!(value("T3", "Arm shake, compliance, red-black, with collisions: CPU") > 0.0);

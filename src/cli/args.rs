@@ -45,7 +45,7 @@ pub enum Verb {
     Muscles(Muscles),
     /// Print the JSON Schema of the muscle file
     Schema,
-    /// Draw the muscle paper's figures from this program's fields
+    /// Draw the papers' figures from this program's fields
     Figures(Figures),
     /// Say what Sinew finds on this machine and what is missing
     Doctor(Doctor),
@@ -131,7 +131,24 @@ pub struct Demo {
 pub struct Inspect {
     #[command(flatten)]
     pub input: Input,
-    /// Threads of the field fits [default: all cores]
+    /// Take one frame apart for this vertex: group, fields and muscles around it, passes, why it stopped, contact
+    #[arg(long, value_name = "N", group = "frame-of", requires = "frame")]
+    pub vertex: Option<u32>,
+    /// Print a frame's order: what runs, how often, over how many threads
+    #[arg(long, group = "frame-of")]
+    pub schedule: bool,
+    /// The frame; the clip is played up to it on the CPU reference [default with --schedule: 1]
+    #[arg(long, value_name = "K", requires = "frame-of")]
+    pub frame: Option<u32>,
+    /// Animation by name or number; rest is the bind pose, default the file's own pose [default: the first animation]
+    #[arg(long, value_name = "NAME|INDEX|rest|default", requires = "frame-of")]
+    pub clip: Option<String>,
+    /// Frames per second
+    #[arg(long, default_value = "30", value_parser = parse_fps)]
+    pub fps: f32,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
+    /// Threads of the field fits and of the reference [default: all cores]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<NonZeroUsize>,
     /// Print the result as JSON
@@ -151,6 +168,9 @@ pub enum ViewArg {
     /// where they are in a bone or a muscle or outside the skin by more than 2 % of the muscle's radius, twice as large from
     /// 20 % on. White lines are their paths over the last half second, as seen from the muscle's bone
     Muscles,
+    /// The skin, coloured by how much its edges are folded more than at rest: red where it is creased into a valley, blue where
+    /// into a ridge, in full from 60 degrees on. Rigid parts as they are
+    Crease,
 }
 
 /// Where the camera stands.
@@ -269,9 +289,13 @@ pub struct Figures {
     /// Folder for figure_2.png and so on
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
-    /// Only these figures, T3 for the table; 4, 5, 6, 8, 9, 12, 13, A16 and T3 need no adapter [default: 2,3,4,5,6,7,8,9,11,12,13,14,15,A16,T3]
+    /// Only these figures, T3 for the table, IS-elbow and IS-knee for Implicit Skinning's folds; 4, 5, 6, 8, 9, 10, 12, 13, A16 and T3 need
+    /// no adapter [default: all, IS-knee with --limb]
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     pub only: Vec<Figure>,
+    /// The character whose elbow and knee are bent [default: the built-in arm]
+    #[arg(long, value_name = "IN")]
+    pub limb: Option<PathBuf>,
     #[command(flatten)]
     pub compute: Compute,
     /// Print the result as JSON

@@ -1,4 +1,4 @@
-//! `sinew figures`: the muscle paper's figures as PNG files.
+//! `sinew figures`: the papers' figures as PNG files.
 
 use crate::args::{self, Input};
 use crate::failure::Failure;
@@ -6,11 +6,13 @@ use crate::load;
 use crate::print;
 use crate::progress::Progress;
 use serde::Serialize;
-use sinew::clip::Scene;
+use sinew::clip::{ClipChoice, Scene};
 use sinew::error::FigureError;
-use sinew::figures::{Arm, Figure, Stage};
+use sinew::figures::{Arm, Figure, Limb, Stage};
 use sinew::io::atomic::FileSet;
 use sinew::io::{gltf, png};
+use sinew::rig::groups::BodyPart;
+use sinew::rig::muscle_file::MuscleFile;
 use sinew::rig::{Pose, muscle_file};
 use sinew::schedule::DynamicsOptions;
 use std::collections::BTreeMap;
@@ -50,14 +52,18 @@ struct Value {
 
 pub fn run(args: &args::Figures) -> Result<(), Failure> {
     load::threads(args.compute.threads)?;
-    let chosen: Vec<Figure> =
-        Figure::ALL.into_iter().filter(|figure| args.only.is_empty() || args.only.contains(figure)).collect();
+    // The built-in arm has no knee.
+    let given = |figure: &Figure| figure.bends() != Some(BodyPart::Calf) || args.limb.is_some();
+    let wanted = |figure: &Figure| if args.only.is_empty() { given(figure) } else { args.only.contains(figure) };
+    let chosen: Vec<Figure> = Figure::ALL.into_iter().filter(wanted).collect();
     let began = Instant::now();
     // Both before the long work, so that a missing adapter or an output that cannot be written is known at once.
     let device = Device::open(args, &chosen)?;
     let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
     let arm = if chosen.iter().any(|figure| figure.needs_arm()) { Some(arm()?) } else { None };
-    let stage = device.stage(arm.as_ref());
+    let parts: Vec<BodyPart> = chosen.iter().filter_map(|figure| figure.bends()).collect();
+    let limbs = if parts.is_empty() { Vec::new() } else { limbs(args.limb.as_deref(), &parts)? };
+    let stage = device.stage(arm.as_ref(), &limbs);
     let progress = Progress::steps("drawing", chosen.len() as u64);
     let mut figures = Vec::new();
     for figure in chosen {
@@ -96,6 +102,37 @@ fn arm() -> Result<Arm, Failure> {
         curl: curl.into_iter().take(half).collect(),
         shake,
     })
+}
+
+/// Poses of each clip that are looked through for the direction in which a joint bends.
+const LOOKS: u16 = 12;
+
+/// The joints of a character that bend before the given parts; of the built-in arm where no file is given.
+fn limbs(file: Option<&Path>, parts: &[BodyPart]) -> Result<Vec<Limb>, Failure> {
+    let input = Input { file: file.unwrap_or(Path::new("arm.glb")).into(), muscles: None };
+    let scene = match file {
+        Some(file) => gltf::read(file),
+        None => gltf::from_bytes(ARM, "arm"),
+    };
+    let scene = scene.map_err(Failure::input)?;
+    let rig = Arc::new(load::rig(&input, &scene, &MuscleFile::default(), true, None)?);
+    let clips = scene.clips.iter().enumerate();
+    let poses: Vec<Pose> = clips
+        .flat_map(|(index, clip)| {
+            let at = move |k| (clip.end - clip.start) * f32::from(k) / f32::from(LOOKS);
+            (0..=LOOKS).map(move |k| (index, at(k)))
+        })
+        .map(|(index, time)| scene.pose(ClipChoice::Clip(index), time))
+        .collect();
+    let limbs: Vec<Limb> = parts.iter().filter_map(|&part| Limb::find(&rig, part, &poses)).collect();
+    if limbs.len() < parts.len() {
+        return Err(Failure::Input(format!(
+            "{}: it has no elbow or knee whose direction its rest pose or a clip tells; give another character with --limb, \
+             or leave out figures IS-elbow and IS-knee with --only",
+            input.file.display()
+        )));
+    }
+    Ok(limbs)
 }
 
 /// All frames of a clip.
@@ -148,13 +185,13 @@ impl Device {
     }
 
     #[cfg(feature = "gpu")]
-    fn stage<'a>(&'a self, arm: Option<&'a Arm>) -> Stage<'a> {
-        Stage { arm, device: self.headless.as_ref() }
+    fn stage<'a>(&'a self, arm: Option<&'a Arm>, limbs: &'a [Limb]) -> Stage<'a> {
+        Stage { arm, limbs, device: self.headless.as_ref() }
     }
 
     #[cfg(not(feature = "gpu"))]
-    fn stage<'a>(&'a self, arm: Option<&'a Arm>) -> Stage<'a> {
-        Stage { arm }
+    fn stage<'a>(&'a self, arm: Option<&'a Arm>, limbs: &'a [Limb]) -> Stage<'a> {
+        Stage { arm, limbs }
     }
 
     #[cfg(feature = "gpu")]

@@ -2,10 +2,11 @@
 
 use crate::args;
 use crate::failure::Failure;
-use crate::{load, print};
+use crate::{explain, load, print};
 use serde::Serialize;
 use sinew::clip::Scene;
-use sinew::rig::{BoneCollider, ColliderShape, Rig};
+use sinew::rig::groups::FoldRest;
+use sinew::rig::{BoneCollider, ColliderShape, Rig, Role, VertexTarget};
 use std::fmt::Write;
 
 #[derive(Serialize)]
@@ -47,7 +48,19 @@ struct Joint {
 struct Group {
     name: String,
     joints: Vec<String>,
+    /// The joint that moves its field.
+    driver: String,
+    parent: Option<String>,
+    /// Whether vertices bound almost wholly to it follow linear skinning.
     passive: bool,
+    /// Vertices that it moves most.
+    vertices: usize,
+    /// Vertices that track it.
+    active_vertices: usize,
+    support_radius_metres: f32,
+    muscles: usize,
+    /// Groups against which it folds.
+    folds: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -91,6 +104,9 @@ struct Material {
 pub fn run(args: &args::Inspect) -> Result<(), Failure> {
     load::threads(args.threads)?;
     let (scene, muscles) = load::input(&args.input)?;
+    if args.schedule || args.vertex.is_some() {
+        return explain::run(args, &scene, &muscles);
+    }
     let rig = load::rig(&args.input, &scene, &muscles, true, None)?;
     print::result(args.json, &inspect(&scene, &rig), text)
 }
@@ -118,16 +134,7 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
             })
             .collect(),
         joints: character.joints.iter().map(|j| Joint { name: j.name.clone(), parent: j.parent }).collect(),
-        groups: rig
-            .groups
-            .groups
-            .iter()
-            .map(|g| Group {
-                name: g.name.clone(),
-                joints: g.joints.iter().map(|&j| character.joints[j as usize].name.clone()).collect(),
-                passive: g.passive,
-            })
-            .collect(),
+        groups: (0..rig.groups.groups.len()).map(|g| group(rig, g)).collect(),
         muscles: rig
             .muscles
             .iter()
@@ -162,6 +169,31 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
             .collect(),
         rigid: scene.rigid.iter().map(|r| r.name.clone()).collect(),
         notes: scene.notes.clone(),
+    }
+}
+
+fn group(rig: &Rig, index: usize) -> Group {
+    let (all, g) = (&rig.groups.groups, index as u32);
+    let group = &all[index];
+    let joint = |j: u32| rig.character.joints[j as usize].name.clone();
+    let name = |g: u32| all[g as usize].name.clone();
+    let tracks = |t: &&VertexTarget| t.role == Role::Active as u32 && t.owner == g;
+    let beside = |fold: &FoldRest| match g {
+        _ if fold.parent == g => Some(name(fold.child)),
+        _ if fold.child == g => Some(name(fold.parent)),
+        _ => None,
+    };
+    Group {
+        name: group.name.clone(),
+        joints: group.joints.iter().map(|&j| joint(j)).collect(),
+        driver: joint(group.joint),
+        parent: group.parent.map(name),
+        passive: group.passive,
+        vertices: rig.groups.owner.iter().filter(|&&owner| owner == g).count(),
+        active_vertices: rig.targets.vertices.iter().filter(tracks).count(),
+        support_radius_metres: rig.grids.get(index).map_or(0.0, |grid| grid.support_radius),
+        muscles: rig.muscles.iter().filter(|muscle| muscle.group == g).count(),
+        folds: rig.folds.iter().filter_map(beside).collect(),
     }
 }
 
@@ -205,10 +237,20 @@ fn text(found: &Inspected) -> String {
     section(format!("parts: {}", found.parts.len()), parts.collect());
     let joints: Vec<_> = found.joints.iter().map(|j| j.name.as_str()).collect();
     section(format!("joints: {}", joints.len()), vec![joints.join(" ")]);
-    let groups = found
-        .groups
-        .iter()
-        .map(|g| format!("{}{}: {}", g.name, if g.passive { " (passive)" } else { "" }, g.joints.join(" ")));
+    let groups = found.groups.iter().map(|g| {
+        let parent = g.parent.as_ref().map_or(String::new(), |parent| format!(" on {parent}"));
+        let passive = if g.passive { ", passive" } else { "" };
+        let folds = if g.folds.is_empty() { String::new() } else { format!(", folds with {}", g.folds.join(" ")) };
+        format!(
+            "{}{parent}, driven by {}{passive}: {} vertices track it, {} are bound to it, support {:.1} cm{folds}; joints {}",
+            g.name,
+            g.driver,
+            g.active_vertices,
+            g.vertices,
+            100.0 * g.support_radius_metres,
+            g.joints.join(" ")
+        )
+    });
     section(format!("field groups: {}", found.groups.len()), groups.collect());
     let muscles = found.muscles.iter().map(|m| {
         let group = found.groups.get(m.group as usize).map_or("?", |g| g.name.as_str());

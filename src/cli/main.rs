@@ -5,11 +5,14 @@
 
 mod args;
 mod bake;
+#[cfg(feature = "gpu")]
+mod crease;
 mod deform;
 mod demo;
 #[cfg(feature = "gpu")]
 mod device;
 mod doctor;
+mod explain;
 mod failure;
 mod figures;
 mod inspect;

@@ -15,6 +15,7 @@ pub use on_device::{Set, Shoot, film, run, sheet_of, shoot, write};
 mod on_device {
     use super::*;
     use crate::args::{CameraArg, Device, Size, SkinningArg};
+    use crate::crease::{Folds, Summary};
     use crate::deform::{OnCpu, Shaped};
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
@@ -52,6 +53,9 @@ mod on_device {
         height: u32,
         /// Vertices that fields can move; absent without implicit skinning.
         active_vertices: Option<usize>,
+        /// What the crease view measured over all its frames.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        crease: Option<Summary>,
         sheet: Option<PathBuf>,
         device: String,
         seconds: f64,
@@ -62,7 +66,7 @@ mod on_device {
         args.dynamics.options()?;
         let (mut scene, muscles) = load::input(&args.input)?;
         let view = View::from(args.view);
-        if view != View::Skin && muscles.muscles.is_empty() {
+        if view.shows_muscles() && muscles.muscles.is_empty() {
             return Err(Failure::Usage(
                 "--view xray and --view muscles draw muscles: needs --muscles with a file that has some".into(),
             ));
@@ -70,7 +74,7 @@ mod on_device {
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
         // Muscles take their shape in the space of their fields, whichever skinning is drawn over them.
-        let fields = args.skinning == SkinningArg::Implicit || view != View::Skin;
+        let fields = args.skinning == SkinningArg::Implicit || view.shows_muscles();
         let options = load::options(args.skinning, &args.dynamics, &muscles, fields)?;
         // Before the long work of fitting, so that a missing adapter is known at once.
         let headless = device::open(&args.compute.device)?;
@@ -85,6 +89,7 @@ mod on_device {
             size: args.size,
         };
         let mut film = film(headless, &args.compute.device, &set)?;
+        film.folds = (view == View::Colors).then(|| Folds::of(&rig));
         let began = Instant::now();
         let shoot = Shoot { frames: frames.numbers(), view, files: Some(&mut files) };
         let kept = self::shoot(&mut film, &scene, &frames, shoot)?;
@@ -93,6 +98,8 @@ mod on_device {
             write(SHEET_NAME, &sheet_of(&kept), &mut files)?;
         }
         files.keep().map_err(Failure::input)?;
+        let crease = film.folds.as_ref().and_then(Folds::summary);
+        scene.notes.extend(crease.as_ref().map(Summary::note));
         let rendered = Rendered {
             output: args.output.clone(),
             motion: frames.describe(&scene),
@@ -100,6 +107,7 @@ mod on_device {
             width: film.size.width,
             height: film.size.height,
             active_vertices: load::active(&rig, options.skinning),
+            crease,
             sheet,
             device: film.describe(),
             seconds: began.elapsed().as_secs_f64(),
@@ -152,6 +160,8 @@ mod on_device {
         bodies: Bodies,
         /// Where their axes have been, where that is to be seen.
         paths: Option<Paths>,
+        /// How the skin is creased, where that is to be seen.
+        folds: Option<Folds>,
         /// Pixels of a picture.
         pub size: Size,
     }
@@ -189,7 +199,19 @@ mod on_device {
         let moving = options.dynamics.is_some();
         let remembers = options.skinning == Skinning::Implicit;
         let bodies = if moving { Bodies::new(rig) } else { Bodies::default() };
-        Ok(Film { source, studio, camera, rig: Arc::clone(rig), beside, moving, remembers, bodies, paths: None, size })
+        Ok(Film {
+            source,
+            studio,
+            camera,
+            rig: Arc::clone(rig),
+            beside,
+            moving,
+            remembers,
+            bodies,
+            paths: None,
+            folds: None,
+            size,
+        })
     }
 
     impl Source {
@@ -204,6 +226,11 @@ mod on_device {
     impl Film {
         /// Draws one pose.
         pub fn picture(&mut self, pose: &Pose, view: View) -> Result<Picture, Failure> {
+            if let Some(mut folds) = self.folds.take() {
+                let picture = self.creased(pose, &mut folds);
+                self.folds = Some(folds);
+                return picture;
+            }
             let vertices = match &mut self.source {
                 Source::Device(device) => {
                     device.play(pose)?;
@@ -214,18 +241,30 @@ mod on_device {
                     vertex_buffer(headless, &skin.positions, &skin.normals).map_err(Failure::device)?
                 }
             };
-            let shaped = if view == View::Skin {
-                None
-            } else {
+            let shaped = if view.shows_muscles() {
                 self.beside.iter_mut().try_for_each(|beside| beside.pass(pose))?;
                 Some(self.shaped()?)
+            } else {
+                None
             };
             let marks = match &shaped {
                 Some(shaped) if view == View::Muscles && self.moving => self.marks(pose, shaped)?,
                 _ => Vec::new(),
             };
             let (headless, rig) = (self.source.headless(), &*self.rig);
-            self.studio.draw(headless, (rig, pose), &vertices, (shaped.as_ref(), &marks), &self.camera, view)
+            let drawn = (Some(&vertices), Vec::new());
+            self.studio.draw(headless, (rig, pose), drawn, (shaped.as_ref(), &marks), &self.camera, view)
+        }
+
+        /// Draws one pose in the colours of its creases.
+        fn creased(&mut self, pose: &Pose, folds: &mut Folds) -> Result<Picture, Failure> {
+            let skin = match &mut self.source {
+                Source::Device(device) => device.skin(pose)?,
+                Source::Reference(_, cpu) => cpu.skin(pose)?,
+            };
+            let drawn = (None, vec![folds.mesh(&self.rig, &skin)]);
+            let (headless, rig) = (self.source.headless(), &*self.rig);
+            self.studio.draw(headless, (rig, pose), drawn, (None, &[]), &self.camera, View::Colors)
         }
 
         /// The muscles of the last pose.

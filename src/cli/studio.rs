@@ -24,6 +24,7 @@ impl From<ViewArg> for View {
             ViewArg::Skin => View::Skin,
             ViewArg::Xray => View::Xray,
             ViewArg::Muscles => View::Muscles,
+            ViewArg::Crease => View::Colors,
         }
     }
 }
@@ -71,23 +72,25 @@ impl Studio {
         self.targets.aspect()
     }
 
-    /// Draws one frame; `vertices` holds the deformed skin, `shaped` the muscles where the view shows them, and `marks` what
-    /// it shows through all else.
+    /// Draws one frame; `vertices` holds the deformed skin, none where `solids` do; `shaped` the muscles where the view shows
+    /// them, and `marks` what it shows through all else.
     pub fn draw(
         &self,
         headless: &Headless,
         (rig, pose): (&Rig, &Pose),
-        vertices: &Buffer,
+        (vertices, mut solids): (Option<&Buffer>, Vec<ColorMesh>),
         (shaped, marks): (Option<&Shaped>, &[ColorMesh]),
         camera: &Camera,
         view: View,
     ) -> Result<Picture, Failure> {
-        let mut solids = Vec::new();
         if let Some(Shaped { muscles, axes, .. }) = shaped {
-            solids = muscle_meshes(rig, pose, muscles, axes);
+            solids.extend(muscle_meshes(rig, pose, muscles, axes));
             solids.extend(bone_meshes(rig, pose));
         }
-        let mut surfaces = vec![Surface { mesh: &self.skin, vertices: vertices.slice(..), model: Mat4::IDENTITY }];
+        let mut surfaces: Vec<Surface> = vertices
+            .iter()
+            .map(|vertices| Surface { mesh: &self.skin, vertices: vertices.slice(..), model: Mat4::IDENTITY })
+            .collect();
         surfaces.extend(self.rigid.iter().map(|part| Surface {
             mesh: &part.mesh,
             vertices: part.vertices.slice(..),

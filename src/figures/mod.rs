@@ -1,7 +1,7 @@
-//! The figures of the muscle paper (A), drawn by this project's code from this project's fields.
+//! The figures of the muscle paper (A), and the folds of Implicit Skinning, drawn by this project's code from this project's fields.
 //!
 //! A figure is drawn on a [`Stage`]: plots need nothing of it, figures in space a device, and those of motion the built-in
-//! arm. Beside the picture a figure gives what was measured for it.
+//! arm or limbs of a character. Beside the picture a figure gives what was measured for it.
 
 #[cfg(feature = "gpu")]
 mod actor;
@@ -17,6 +17,9 @@ mod curl;
 mod fibres;
 #[cfg(feature = "gpu")]
 mod flexion;
+#[cfg(feature = "gpu")]
+mod folds;
+mod limb;
 mod motion;
 mod operators;
 pub mod plot;
@@ -24,6 +27,7 @@ mod profiles;
 mod projection;
 #[cfg(feature = "gpu")]
 mod scene;
+mod schedule;
 mod section;
 mod solvers;
 #[cfg(feature = "gpu")]
@@ -32,13 +36,16 @@ mod times;
 mod timing;
 mod volume;
 
+pub use limb::{Bent, Effect, Limb};
+
 use crate::error::FigureError;
+use crate::rig::groups::BodyPart;
 use crate::rig::{Image, Pose, Rig};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-/// One of the paper's figures.
+/// One of the papers' figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
     /// 2: the arm at rest, activated and flexed.
@@ -57,6 +64,8 @@ pub enum Figure {
     Constraints,
     /// 9: a section composed by three operators.
     Operators,
+    /// 10: a frame as its schedule has it.
+    Schedule,
     /// 11: calf and back in their states.
     States,
     /// 12: time over the number of particles.
@@ -71,6 +80,10 @@ pub enum Figure {
     Profiles,
     /// Table 3: time without and with collisions.
     Solvers,
+    /// Implicit Skinning's elbow by three skinnings.
+    Elbow,
+    /// The same of a knee.
+    Knee,
 }
 
 /// The built-in arm, for the figures that show motion.
@@ -91,6 +104,8 @@ pub struct Arm {
 pub struct Stage<'a> {
     /// The built-in arm.
     pub arm: Option<&'a Arm>,
+    /// Limbs that are bent.
+    pub limbs: &'a [Limb],
     /// The device that draws what is in space.
     #[cfg(feature = "gpu")]
     pub device: Option<&'a crate::gpu::Headless>,
@@ -118,7 +133,7 @@ pub struct Drawn {
 
 impl Figure {
     /// All figures in the paper's order.
-    pub const ALL: [Figure; 15] = [
+    pub const ALL: [Figure; 18] = [
         Figure::Flexion,
         Figure::Anatomy,
         Figure::Projection,
@@ -127,6 +142,7 @@ impl Figure {
         Figure::Fibres,
         Figure::Constraints,
         Figure::Operators,
+        Figure::Schedule,
         Figure::States,
         Figure::Times,
         Figure::Volume,
@@ -134,6 +150,8 @@ impl Figure {
         Figure::Collisions,
         Figure::Profiles,
         Figure::Solvers,
+        Figure::Elbow,
+        Figure::Knee,
     ];
 
     /// Its number in the paper.
@@ -147,6 +165,7 @@ impl Figure {
             Figure::Fibres => "7",
             Figure::Constraints => "8",
             Figure::Operators => "9",
+            Figure::Schedule => "10",
             Figure::States => "11",
             Figure::Times => "12",
             Figure::Volume => "13",
@@ -154,6 +173,8 @@ impl Figure {
             Figure::Collisions => "15",
             Figure::Profiles => "A16",
             Figure::Solvers => "T3",
+            Figure::Elbow => "IS-elbow",
+            Figure::Knee => "IS-knee",
         }
     }
 
@@ -168,6 +189,7 @@ impl Figure {
             Figure::Fibres => "pectoral and shoulder muscles as fibres",
             Figure::Constraints => "constraints of a muscle",
             Figure::Operators => "limb and muscle composed by three operators",
+            Figure::Schedule => "a frame as its schedule has it",
             Figure::States => "calf least and most activated, and a back muscle",
             Figure::Times => "time a frame over the particles of a muscle",
             Figure::Volume => "volume over a curl, a shaking and a bend",
@@ -175,13 +197,15 @@ impl Figure {
             Figure::Collisions => "bent arm without muscles, without collisions and with them",
             Figure::Profiles => "profiles of several shapes",
             Figure::Solvers => "time of the dynamics without and with collisions",
+            Figure::Elbow => "elbow by linear and dual quaternion skinning and by ours",
+            Figure::Knee => "knee by linear and dual quaternion skinning and by ours",
         }
     }
 
     /// Whether it is drawn in space, on a device.
     pub fn needs_device(self) -> bool {
-        use Figure::{Anatomy, Collisions, Fibres, Flexion, States, Width};
-        matches!(self, Flexion | Anatomy | Fibres | States | Width | Collisions)
+        use Figure::{Anatomy, Collisions, Elbow, Fibres, Flexion, Knee, States, Width};
+        matches!(self, Flexion | Anatomy | Fibres | States | Width | Collisions | Elbow | Knee)
     }
 
     /// Whether it measures the device, where there is one.
@@ -191,8 +215,17 @@ impl Figure {
 
     /// Whether it shows the built-in arm.
     pub fn needs_arm(self) -> bool {
-        use Figure::{Collisions, Constraints, Flexion, Volume, Width};
-        matches!(self, Flexion | Constraints | Volume | Width | Collisions) || self.measures_device()
+        use Figure::{Collisions, Constraints, Flexion, Schedule, Volume, Width};
+        matches!(self, Flexion | Constraints | Schedule | Volume | Width | Collisions) || self.measures_device()
+    }
+
+    /// The part of the body beyond the joint that it bends, where it bends one.
+    pub fn bends(self) -> Option<BodyPart> {
+        match self {
+            Figure::Elbow => Some(BodyPart::Forearm),
+            Figure::Knee => Some(BodyPart::Calf),
+            _ => None,
+        }
     }
 
     /// Draws it. The same stage gives the same bytes, but for times.
@@ -207,6 +240,7 @@ impl Figure {
             Figure::Profiles => profiles::profiles(),
             Figure::Constraints => constraints::figure(self.arm(stage)?),
             Figure::Operators => operators::figure(),
+            Figure::Schedule => schedule::figure(self.arm(stage)?),
             Figure::Volume => volume::figure(self.arm(stage)?),
             Figure::Times => times::figure(stage),
             Figure::Solvers => solvers::figure(stage),
@@ -222,6 +256,8 @@ impl Figure {
             Figure::Width => curl::figure(self.device(stage)?, self.arm(stage)?),
             #[cfg(feature = "gpu")]
             Figure::Collisions => collisions::figure(self.device(stage)?, self.arm(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::Elbow | Figure::Knee => folds::figure(self.device(stage)?, self.limb(stage)?),
             #[cfg(not(feature = "gpu"))]
             _ => Err(self.lacks("a graphics adapter, and sinew built with feature `gpu`")),
         }
@@ -233,6 +269,17 @@ impl Figure {
 
     fn arm<'a>(self, stage: &Stage<'a>) -> Result<&'a Arm, FigureError> {
         stage.arm.filter(|arm| !arm.curl.is_empty()).ok_or_else(|| self.lacks("the built-in arm in motion"))
+    }
+
+    #[cfg(feature = "gpu")]
+    fn limb<'a>(self, stage: &Stage<'a>) -> Result<&'a Limb, FigureError> {
+        // A limb whose names say nothing passes for an arm.
+        let fits = |limb: &&Limb| limb.part.or(Some(BodyPart::Forearm)) == self.bends();
+        stage
+            .limbs
+            .iter()
+            .find(fits)
+            .ok_or_else(|| self.lacks("a character with such a joint that bends; give one with --limb"))
     }
 
     #[cfg(feature = "gpu")]
@@ -253,9 +300,8 @@ impl FromStr for Figure {
     /// By its number; a dot or the letters' case do not matter.
     fn from_str(text: &str) -> Result<Figure, FigureError> {
         let plain = |text: &str| text.trim().replace('.', "").to_uppercase();
-        Figure::ALL.into_iter().find(|figure| figure.number() == plain(text)).ok_or_else(|| FigureError::Unknown {
-            wanted: text.into(),
-            known: Figure::ALL.map(Figure::number).join(", "),
+        Figure::ALL.into_iter().find(|figure| plain(figure.number()) == plain(text)).ok_or_else(|| {
+            FigureError::Unknown { wanted: text.into(), known: Figure::ALL.map(Figure::number).join(", ") }
         })
     }
 }
@@ -276,8 +322,9 @@ mod tests {
             assert_eq!(figure.number().parse::<Figure>().ok(), Some(figure));
         }
         assert_eq!("a.16".parse::<Figure>().ok(), Some(Figure::Profiles));
-        let error = "10".parse::<Figure>().expect_err("not ours").to_string();
-        assert!(error.contains("\"10\" is no figure") && error.contains("3, 4, 5"), "{error}");
+        assert_eq!("is-Elbow".parse::<Figure>().ok(), Some(Figure::Elbow));
+        let error = "1".parse::<Figure>().expect_err("not ours").to_string();
+        assert!(error.contains("\"1\" is no figure") && error.contains("3, 4, 5"), "{error}");
     }
 
     #[test]

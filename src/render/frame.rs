@@ -22,6 +22,15 @@ pub enum View {
     Xray,
     /// Muscles, with no more than a breath of skin to tell where they are.
     Muscles,
+    /// Coloured meshes, and what surfaces there are as they are.
+    Colors,
+}
+
+impl View {
+    /// Whether it shows muscles.
+    pub fn shows_muscles(self) -> bool {
+        matches!(self, View::Xray | View::Muscles)
+    }
 }
 
 /// How surfaces are lit.
@@ -72,7 +81,7 @@ impl Frame<'_> {
         let camera = self.camera;
         let (ghost_facing, ghost_edge, ghost_power) = match self.view {
             View::Muscles => (0.03, 0.26, 2.5),
-            View::Skin | View::Xray => (0.14, 0.85, 2.0),
+            View::Skin | View::Xray | View::Colors => (0.14, 0.85, 2.0),
         };
         ViewParams {
             view_projection: camera.view_projection(),
@@ -221,7 +230,7 @@ impl Renderer {
         }
         self.draw_solids(&mut pass, &solids);
         let pipelines: &[_] = match frame.view {
-            View::Skin => &[&self.skin],
+            View::Skin | View::Colors => &[&self.skin],
             View::Xray | View::Muscles => &[&self.skin_depth, &self.skin_ghost],
         };
         for pipeline in pipelines {

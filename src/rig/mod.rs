@@ -24,5 +24,5 @@ pub use frame::{FrameInputs, JointFrame, group_frames};
 pub use groups::FieldGroups;
 pub use muscle::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
 pub use skin_graph::{SkinEdge, SkinGraph};
-pub use targets::{NO_JOINT, Reach, Role, Targets, VertexTarget};
+pub use targets::{NO_JOINT, Reach, Role, Targets, Unheld, VertexTarget};
 pub use topology::Topology;

@@ -109,6 +109,15 @@ pub struct Targets {
 type Seen = (Reach, Vec<Influence>);
 
 impl Targets {
+    /// Why no field of a rig holds vertex `v`; `None` where one does.
+    pub fn unheld(rig: &Rig, v: usize) -> Option<Unheld> {
+        let inputs = FrameInputs::new(rig, &Pose::rest(&rig.character)).ok()?;
+        let (muscles, axes) = rig.muscles_at_rest();
+        let field = FieldInput { groups: &inputs.groups, nodes: &rig.nodes, muscles: &muscles, axes: &axes };
+        let (_, owner, sample) = at_rest(&field, rig.positions_rest[v].xyz());
+        unheld(rig, v, owner, &sample)
+    }
+
     /// Targets of a rig's skin in its rest pose, with its muscles at rest.
     pub(super) fn new(rig: &Rig) -> Targets {
         let count = rig.character.vertex_count();
@@ -154,10 +163,8 @@ impl Targets {
 /// Fills in one vertex's target, and lists the groups that it sees in a way of its own.
 fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &mut VertexTarget) -> Vec<Seen> {
     let p = rig.positions_rest[v].xyz();
-    let samples: Vec<Sample> = field.groups.iter().map(|frame| field.group(frame, p)).collect();
-    let strongest = |best: (u32, Sample), (g, s): (u32, &Sample)| if s.value > best.1.value { (g, *s) } else { best };
-    let (owner, sample) = (0..).zip(&samples).fold((NO_GROUP, Sample::default()), strongest);
-    if owner == NO_GROUP || !holds(rig, v, owner, &sample) {
+    let (samples, owner, sample) = at_rest(field, p);
+    if unheld(rig, v, owner, &sample).is_some() {
         return Vec::new();
     }
     target.iso = sample.value;
@@ -188,11 +195,37 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
     seen
 }
 
+/// The field of every group at a point, and the group with the largest.
+fn at_rest(field: &FieldInput, p: Vec3) -> (Vec<Sample>, u32, Sample) {
+    let samples: Vec<Sample> = field.groups.iter().map(|frame| field.group(frame, p)).collect();
+    let strongest = |best: (u32, Sample), (g, s): (u32, &Sample)| if s.value > best.1.value { (g, *s) } else { best };
+    let (owner, sample) = (0..).zip(&samples).fold((NO_GROUP, Sample::default()), strongest);
+    (samples, owner, sample)
+}
+
+/// Why no field holds a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unheld {
+    /// No field reaches it, or the rig has none.
+    NoField,
+    /// The field's value there is too near to 0 or 1 to be an iso-value.
+    Value(f32),
+    /// It is bound, by this weight, to groups that follow geometric skinning as a whole.
+    Bound(f32),
+    /// The field has hardly a slope there: this one, per support radius.
+    Slope(f32),
+    /// The field's outward direction and the skin's normal part: the cosine between them.
+    Facing(f32),
+}
+
 /// Whether the field has a usable value and direction at a vertex, and the vertex is not bound to a group that
-/// follows geometric skinning as a whole (prototypes 3).
-fn holds(rig: &Rig, vertex: usize, owner: u32, sample: &Sample) -> bool {
+/// follows geometric skinning as a whole (prototypes 3); what is amiss first otherwise.
+fn unheld(rig: &Rig, vertex: usize, owner: u32, sample: &Sample) -> Option<Unheld> {
+    if owner == NO_GROUP {
+        return Some(Unheld::NoField);
+    }
     if !(0.03..=0.97).contains(&sample.value) {
-        return false;
+        return Some(Unheld::Value(sample.value));
     }
     let passive = |group: &u32| rig.groups.groups.get(*group as usize).is_some_and(|g| g.passive);
     let bound: f32 = rig
@@ -202,9 +235,20 @@ fn holds(rig: &Rig, vertex: usize, owner: u32, sample: &Sample) -> bool {
         .filter(|i| rig.groups.group_of_joint.get(i.joint as usize).is_some_and(passive))
         .map(|i| i.weight)
         .sum();
+    let free = bound <= 0.98;
+    if !free {
+        return Some(Unheld::Bound(bound));
+    }
     let slope = sample.gradient.length();
+    let per_radius = slope * rig.grids[owner as usize].support_radius;
     let facing = -sample.gradient.dot(rig.character.normals_rest[vertex]);
-    bound <= 0.98 && slope * rig.grids[owner as usize].support_radius >= 0.1 && facing >= 0.3 * slope
+    // What is not a number holds nothing.
+    let (steep, faces) = (per_radius >= 0.1, facing >= 0.3 * slope);
+    match steep {
+        true if faces => None,
+        true => Some(Unheld::Facing(facing / slope)),
+        false => Some(Unheld::Slope(per_radius)),
+    }
 }
 
 /// A group of many joints whose frame differs from place to place.

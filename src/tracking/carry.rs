@@ -79,15 +79,20 @@ fn place_one(joints: &[TrackJoint], reach: &Reach, blends: &[Influence]) -> Plac
         matrix += joints[influence.joint as usize].matrix * influence.weight;
     }
     if reach.other != NO_JOINT {
-        let mut share = reach.share;
-        if reach.gate != NO_JOINT {
-            let swing = joints[reach.gate as usize].swing;
-            let towards = reach.side.xyz().dot(swing.xyz());
-            share *= smoothstep((OPEN_FROM - towards) / OPEN_RANGE) * swing.w;
-        }
-        matrix += (joints[reach.other as usize].matrix - matrix) * share;
+        matrix += (joints[reach.other as usize].matrix - matrix) * drawn_share(joints, reach);
     }
     Place { to_rest: affine_inverse(&matrix).0, group: reach.group, limit: reach.limit, ..Place::default() }
+}
+
+/// By how much a reach's frame is drawn to its other joint's, 0..=1: its share, as far as the gate is open.
+#[inline]
+pub fn drawn_share(joints: &[TrackJoint], reach: &Reach) -> f32 {
+    if reach.gate == NO_JOINT {
+        return reach.share;
+    }
+    let swing = joints[reach.gate as usize].swing;
+    let towards = reach.side.xyz().dot(swing.xyz());
+    reach.share * (smoothstep((OPEN_FROM - towards) / OPEN_RANGE) * swing.w)
 }
 
 /// Cosine between a vertex's side of a shoulder and the arm's swing under which the shoulder opens there, and the range

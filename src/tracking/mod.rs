@@ -13,7 +13,7 @@ mod path;
 mod relax;
 
 pub use crate::field::evaluate::FieldInput;
-pub use carry::{CarryInput, carry, place, spread};
+pub use carry::{CarryInput, carry, drawn_share, place, spread};
 pub use fold::{FOLD_LANES, FoldInput, fold};
 pub use march::{march, sample};
 pub use path::{Path, SubPose, TrackJoint, Way};
