@@ -28,6 +28,7 @@ mod skin_linear;
 mod support;
 mod track_carry;
 mod track_fixtures;
+mod track_fold;
 mod track_march;
 mod track_place;
 mod track_slide;

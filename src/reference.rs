@@ -76,7 +76,7 @@ impl Motion {
             simulation.reset();
         }
         if let Some(skin) = &mut self.skin {
-            *skin = Skin::rest(&rig.positions_rest);
+            *skin = Skin::rest(&rig.positions_rest, rig.fold_patches.len());
         }
     }
 }
@@ -303,6 +303,8 @@ impl Reference<'_> {
         let relax =
             RelaxInput { targets: &targets.vertices, edges: &rig.graph.edges, positions_rest: &rig.positions_rest };
         match step.kernel {
+            // A skin that is in its pose already has nothing to be carried by.
+            KernelId::TrackCarry | KernelId::TrackPlace if step.sub_pose >= way.count => {}
             KernelId::TrackCarry => {
                 let input = CarryInput {
                     joints: &sub_pose.joints,
