@@ -33,10 +33,12 @@ fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end
         var to_rest = groups[place.group + g].to_rest;
         var most = limit;
         var beyond = contact_is_beyond(place.group + g, p_posed);
+        var kin = false;
         if next < end && places[next].group == g {
             to_rest = places[next].to_rest;
             most = places[next].limit;
             beyond = false;
+            kin = places[next].kin != 0u;
             next++;
         }
         if groups[place.group + g].present == 0u || beyond {
@@ -47,7 +49,7 @@ fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end
             found.own = sample;
             continue;
         }
-        if sample.value > found.other.value {
+        if kin && sample.value > found.other.value {
             found.other = GroupSample(sample.value, sample.gradient, g);
         }
         if sample.value - most > found.excess {

@@ -44,10 +44,10 @@ crate::gpu_struct! {
         pub group: u32,
         /// Field of the group above which the vertex is in contact with it.
         pub limit: f32,
+        /// 1 where the two overlap at rest: the vertex lies on the surface of both together.
+        pub kin: u32,
         /// Unused.
         pub pad_0: u32,
-        /// Unused.
-        pub pad_1: u32,
     }
 }
 
@@ -157,7 +157,7 @@ pub struct OwnSide {
 #[derive(Clone, Copy)]
 struct Neighbours {
     own: Sample,
-    /// The other group with the largest field.
+    /// The other group with the largest field, of those that are kin.
     other: GroupSample,
     /// The other group that is furthest above its limit, and by how much; 0 for none.
     pressing: Sample,
@@ -165,7 +165,8 @@ struct Neighbours {
 }
 
 impl FieldInput<'_> {
-    /// What a vertex of group `owner` tracks: the composed field, and at a contact its own side of it (prototypes 3).
+    /// What a vertex of group `owner` tracks: the field of its group and of those that overlap it at rest, and at a
+    /// contact its own side of it (prototypes 3). A stranger's surface is nothing to track, even where the own field ends.
     ///
     /// With `n` the directions of the owner's field and of another one, `w` goes from 0 to 1 as they part, and
     /// `G = (1 - w) max(own, other) + w own - w max(0, other - limit)`: where skin faces skin, a vertex stays on its
@@ -206,9 +207,9 @@ impl FieldInput<'_> {
         for (index, frame) in (0..).zip(self.groups) {
             let mut to_rest = &frame.to_rest;
             let mut limit = limit;
-            let mut beyond = frame.is_beyond(p_posed);
+            let (mut beyond, mut kin) = (frame.is_beyond(p_posed), false);
             if let Some(place) = places.get(next).filter(|place| place.group == index) {
-                (to_rest, limit, beyond) = (&place.to_rest, place.limit, false);
+                (to_rest, limit, beyond, kin) = (&place.to_rest, place.limit, false, place.kin != 0);
                 next += 1;
             }
             if frame.present == 0 || beyond {
@@ -219,7 +220,7 @@ impl FieldInput<'_> {
                 found.own = sample;
                 continue;
             }
-            if sample.value > found.other.sample.value {
+            if kin && sample.value > found.other.sample.value {
                 found.other = GroupSample { sample, group: index };
             }
             if sample.value - limit > found.excess {
@@ -292,14 +293,17 @@ mod tests {
         groups[1].grid.offset = 0;
         groups[1].to_rest = Mat4::from_translation(Vec3::X * 0.1);
         for x in [-0.4, 0.0, 0.3] {
-            let found = with(&groups, &nodes).own_side(1, 0.0, &[], at(x));
+            let kin = [Place { to_rest: groups[0].to_rest, kin: 1, ..Place::default() }];
+            let found = with(&groups, &nodes).own_side(1, 0.0, &kin, at(x));
             // Parallel gradients give no weight to a contact, whatever the limit.
             assert_eq!(found.sample.value, with(&groups, &nodes).composed(at(x)).sample.value);
         }
+        let place_of_0 = Place { to_rest: groups[0].to_rest, limit: 0.9, ..Place::default() };
         let alone = with(&groups[..1], &nodes).own_side(0, 0.3, &[], at(0.05));
         assert_eq!(alone.sample, with(&groups[..1], &nodes).composed(at(0.05)).sample);
-        let away = with(&groups[..1], &nodes).own_side(7, 0.3, &[], at(0.05));
-        assert_eq!(away.sample, alone.sample, "a vertex whose group is gone takes what is there");
+        let away = |kin| with(&groups[..1], &nodes).own_side(7, 0.3, &[Place { kin, ..place_of_0 }], at(0.05)).sample;
+        assert_eq!(away(1), alone.sample, "a vertex whose group is gone takes what overlapped it at rest");
+        assert_eq!(away(0), Sample::default(), "and no stranger");
     }
 
     #[test]

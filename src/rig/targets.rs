@@ -73,8 +73,8 @@ crate::gpu_struct! {
         pub share: f32,
         /// The joint whose swing gates the draw, [`NO_JOINT`] where nothing does.
         pub gate: u32,
-        /// Unused.
-        pub pad_0: u32,
+        /// 1 where the group overlaps the vertex's own at rest.
+        pub kin: u32,
     }
 }
 
@@ -178,7 +178,7 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
     for (g, sample) in (0..).zip(&samples) {
         let limit = target.limit.max(sample.value + REST_MARGIN);
         let of_trunk = trunk.as_ref().is_some_and(|trunk| trunk.group == g);
-        let mut reach = Reach { group: g, limit, other: NO_JOINT, gate: NO_JOINT, ..Reach::default() };
+        let mut reach = Reach { group: g, limit, other: NO_JOINT, gate: NO_JOINT, kin: (sample.value > 0.0).into(), ..Reach::default() };
         if let Some(drawn) = drawn.as_ref().filter(|drawn| of_trunk || drawn.limb == g) {
             reach.share = drawn.share;
             reach.other = if of_trunk { rig.grids[drawn.limb as usize].joint } else { drawn.trunk_joint };
@@ -188,7 +188,7 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
             Some(trunk) if of_trunk => trunk.weights(rig, v),
             _ => vec![Influence { joint: rig.grids[g as usize].joint, weight: 1.0 }],
         };
-        if of_trunk || reach.other != NO_JOINT || limit > target.limit {
+        if of_trunk || reach.other != NO_JOINT || sample.value > 0.0 {
             seen.push((reach, blend));
         }
     }
