@@ -310,7 +310,8 @@ fn who_stands_still_has_no_sub_poses() {
     // The first pose always has one: nothing is known of where the skin is.
     assert_eq!(counts.map(|way| way.count), [1, 0, 1, 0, 0, 1, 1, 3]);
     assert!(counts.iter().all(|way| way.posed == 1));
-    assert!((counts[6].turn - 1.1 / 20.0).abs() < 1e-5, "{}", counts[6].turn);
+    // An angle from a cosine in f32 is good to a thousandth of a degree.
+    assert!((counts[6].turn - 1.1 / 20.0).abs() < 1e-4, "{}", counts[6].turn);
     let lifted = posed(&rig, elbow(&rig), 55.0, Mat4::from_translation(Vec3::Y * 1e-3));
     assert_eq!(path.advance(&rig, &lifted, &options).0.count, 1, "a millimetre of lift");
 }
