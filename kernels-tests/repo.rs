@@ -26,7 +26,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("render", &["gpu"]),
     ("io", &["rig", "clip"]),
     ("parity", &["reference", "gpu"]),
-    ("figures", &["render", "skinning", "wrap", "dynamics", "tracking", "normals"]),
+    ("figures", &["render", "reference", "skinning", "wrap", "dynamics", "tracking", "normals"]),
     ("extract", &["rig", "field"]),
     ("catalogue", &["rig"]),
 ];
