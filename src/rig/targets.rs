@@ -178,7 +178,14 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
     for (g, sample) in (0..).zip(&samples) {
         let limit = target.limit.max(sample.value + REST_MARGIN);
         let of_trunk = trunk.as_ref().is_some_and(|trunk| trunk.group == g);
-        let mut reach = Reach { group: g, limit, other: NO_JOINT, gate: NO_JOINT, kin: (sample.value > 0.0).into(), ..Reach::default() };
+        let mut reach = Reach {
+            group: g,
+            limit,
+            other: NO_JOINT,
+            gate: NO_JOINT,
+            kin: (sample.value > 0.0).into(),
+            ..Reach::default()
+        };
         if let Some(drawn) = drawn.as_ref().filter(|drawn| of_trunk || drawn.limb == g) {
             reach.share = drawn.share;
             reach.other = if of_trunk { rig.grids[drawn.limb as usize].joint } else { drawn.trunk_joint };

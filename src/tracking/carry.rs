@@ -81,7 +81,13 @@ fn place_one(joints: &[TrackJoint], reach: &Reach, blends: &[Influence]) -> Plac
     if reach.other != NO_JOINT {
         matrix += (joints[reach.other as usize].matrix - matrix) * drawn_share(joints, reach);
     }
-    Place { to_rest: affine_inverse(&matrix).0, group: reach.group, limit: reach.limit, kin: reach.kin, ..Place::default() }
+    Place {
+        to_rest: affine_inverse(&matrix).0,
+        group: reach.group,
+        limit: reach.limit,
+        kin: reach.kin,
+        ..Place::default()
+    }
 }
 
 /// By how much a reach's frame is drawn to its other joint's, 0..=1: its share, as far as the gate is open.
