@@ -102,7 +102,7 @@ fn creases_are_measured_and_drawn() {
         (found, picture)
     };
     let colored = |picture: &image::RgbaImage| {
-        picture.pixels().filter(|p| i32::from(p.0[0]).abs_diff(i32::from(p.0[2])) > 60).count()
+        picture.pixels().filter(|p| i32::from(p.0[0]).abs_diff(i32::from(p.0[2])) > 25).count()
     };
     let (bent, picture) = render("30", "linear");
     let notes = bent["notes"].to_string();

@@ -5,13 +5,14 @@ use crate::deform::{Shaped, Skin};
 use crate::failure::Failure;
 use crate::playback::Moves;
 use crate::progress::Progress;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use sinew::error::DeviceError;
 use sinew::field::muscle::axis::half;
 use sinew::gpu::{DeviceChoice, Headless, Instance, Kernels, Output, RigBuffers, readback};
 use sinew::parity::{self, GpuResult};
 use sinew::rig::{Pose, Rig};
-use sinew::schedule::{FrameOptions, Step};
+use sinew::schedule::{FrameOptions, Positions, Step};
+use sinew::tracking::Track;
 use std::sync::Arc;
 
 /// Opens the adapter that the command line asks for.
@@ -89,6 +90,15 @@ impl OnDevice {
             particles: readback::read(&self.headless, batch.particles(), ..particles).map_err(Failure::device)?,
             iterates: readback::read(&self.headless, batch.iterates(), ..iterates).map_err(Failure::device)?,
         })
+    }
+
+    /// Brings the skin as the tracker holds it to the host: nothing where it is not tracked.
+    pub fn tracked(&self) -> Result<(Vec<Vec4>, Vec<Track>), Failure> {
+        let batch = self.instance.batch();
+        let count = if batch.rig().grids.is_empty() { 0 } else { self.vertices };
+        let positions = readback::read(&self.headless, batch.positions(Positions::Skin), ..count);
+        let tracks = readback::read(&self.headless, batch.tracks(), ..count);
+        Ok((positions.map_err(Failure::device)?, tracks.map_err(Failure::device)?))
     }
 
     /// Deforms to one pose and brings every stage to the host.

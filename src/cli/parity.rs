@@ -22,6 +22,7 @@ mod on_device {
     use crate::playback::{Moves, Playback};
     use crate::print;
     use crate::progress::Progress;
+    use glam::Vec4;
     use serde::Serialize;
     use sinew::dynamics::Particle;
     use sinew::field::muscle::AxisPoint;
@@ -29,6 +30,7 @@ mod on_device {
     use sinew::reference::{Motion, Reference, Trace};
     use sinew::rig::Pose;
     use sinew::schedule::{FrameOptions, Skinning};
+    use sinew::tracking::Track;
     use std::fmt::Write;
     use std::sync::Arc;
 
@@ -93,7 +95,7 @@ mod on_device {
                     all.merge(one);
                 }
             }
-            both.join(&gpu.particles, &gpu.axes);
+            both.join(&gpu.particles, &gpu.axes, &gpu.tracked, &gpu.tracks);
             // Added up by frame: the reports of a whole clip would take gigabytes.
             for ((_, all), (_, one)) in compared.stops.iter_mut().zip(stop_counts(&trace.tracks)) {
                 *all += one;
@@ -134,9 +136,13 @@ mod on_device {
         }
 
         /// Lets the reference go on from the device's state of this frame. So every frame starts from one state, also those
-        /// between the compared ones: muscles that press on one another magnify rounding errors from frame to frame, and
-        /// the figures are to be those of one frame.
-        fn join(&mut self, particles: &[Particle], axes: &[AxisPoint]) {
+        /// between the compared ones: muscles that press on one another, and skin in a fold, magnify rounding errors from
+        /// frame to frame, and the figures are to be those of one frame.
+        fn join(&mut self, particles: &[Particle], axes: &[AxisPoint], positions: &[Vec4], tracks: &[Track]) {
+            if let Some(skin) = &mut self.motion.skin {
+                skin.positions.copy_from_slice(positions);
+                skin.tracks.copy_from_slice(tracks);
+            }
             if let Some(simulation) = &mut self.motion.simulation {
                 simulation.resume(particles, axes);
             }
@@ -153,7 +159,8 @@ mod on_device {
             self.device.pass(pose)?;
             self.reference.advance(&mut self.motion, pose, &self.options).map_err(Failure::input)?;
             let shaped = self.device.shaped()?;
-            self.join(&shaped.particles, &shaped.axes);
+            let (positions, tracks) = self.device.tracked()?;
+            self.join(&shaped.particles, &shaped.axes, &positions, &tracks);
             Ok(())
         }
     }
