@@ -8,7 +8,7 @@ crate::gpu_struct! {
     pub struct SkinEdge {
         /// The vertex at its other end, the first of its copies.
         pub neighbour: u32,
-        /// Cotangent weight at rest, at least [`LEAST_WEIGHT`].
+        /// Cotangent weight at rest, at least `LEAST_WEIGHT`.
         pub weight: f32,
     }
 }

@@ -116,7 +116,7 @@ crate::gpu_struct! {
         pub stop: u32,
         /// Passes since the frame began.
         pub passes: u32,
-        /// Whether its instance takes part in the frame: [`RUNS`] in a sub-pose, [`ENDS`] where only the last passes are
+        /// Whether its instance takes part in the frame: `RUNS` in a sub-pose, `ENDS` where only the last passes are
         /// left, else 0.
         pub runs: u32,
     }
