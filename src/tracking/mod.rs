@@ -125,6 +125,7 @@ crate::gpu_struct! {
 /// A vertex whose instance is in a sub-pose.
 pub(crate) const RUNS: u32 = 1;
 /// A vertex whose instance has no sub-pose here, and gets the last passes.
+#[cfg(feature = "gpu")]
 pub(crate) const ENDS: u32 = 2;
 
 impl Track {
