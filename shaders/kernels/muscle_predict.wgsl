@@ -10,6 +10,7 @@
 @group(0) @binding(6) var<storage, read_write> iterates: array<vec4<f32>>;
 @group(0) @binding(7) var<storage, read_write> clocks: array<StepClock>;
 
+override THREADS: u32;
 override PI: f32;
 override TAU: f32;
 override STRETCH: f32;
@@ -84,13 +85,13 @@ fn jiggle_shift(body: MuscleBody, joint: u32, first: u32, carries: bool, length:
     return away / sqrt(1.0 + size * size);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(16)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = dispatch_index(group, workgroups, local);
+    let index = (group.y * workgroups.x + group.x) * THREADS + local;
     if index >= params.muscle_count * params.instance_count {
         return;
     }

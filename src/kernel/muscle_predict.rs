@@ -1,19 +1,23 @@
 //! Muscles before anything holds them; twin [`crate::dynamics::predict::predict`].
 
-use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
+use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
 use crate::{
     dynamics::{DynamicsParams, MovedJoint, MuscleBody, Particle, StepClock, jiggle, predict},
     field::muscle::{AxisPoint, MuscleInput},
     schedule::KernelId,
 };
 
+/// A thread is a whole muscle's work: few to a workgroup, so that a character's fifty occupy more than one core.
+const THREADS: u32 = 16;
+
 pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MusclePredict,
     stem: "muscle_predict",
     source: include_str!("../../shaders/kernels/muscle_predict.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::PROFILE, source::RUN],
+    parts: &[source::MATH, source::PROFILE, source::RUN],
     structs: STRUCTS,
     constants: &[
+        ("THREADS", THREADS as f64),
         ("PI", std::f32::consts::PI as f64),
         ("TAU", std::f32::consts::TAU as f64),
         ("STRETCH", predict::STRETCH as f64),
@@ -28,8 +32,8 @@ pub(super) const KERNEL: Kernel = Kernel {
     ],
     switches: &[],
     bindings: BINDINGS,
-    workgroup: WORKGROUP,
-    items_per_workgroup: WORKGROUP,
+    workgroup: THREADS,
+    items_per_workgroup: THREADS,
     twin: "dynamics::predict::predict",
 };
 
