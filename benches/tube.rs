@@ -51,6 +51,7 @@ pub fn rig(vertices: usize) -> Rig {
         uvs: vec![Vec2::ZERO; vertices],
         influence_offsets: (0..=vertices as u32).map(|v| 4 * v).collect(),
         influences,
+        painted: Vec::new(),
         parts: vec![Part {
             name: "tube".into(),
             node: 0,

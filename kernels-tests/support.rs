@@ -196,6 +196,7 @@ pub fn limb(rings: usize) -> Character {
         name: "limb".into(),
         joints: vec![joint("upperarm", None, 0.0), joint("lowerarm", Some(0), 0.3)],
         uvs: vec![Vec2::ZERO; positions.len()],
+        painted: Vec::new(),
         parts: vec![Part {
             name: "limb".into(),
             node: 0,

@@ -1,25 +1,24 @@
 //! Plays a schedule on the CPU and keeps every intermediate: the judge of the GPU, and what runs without one.
 
 mod explain;
+mod track;
 
 pub use explain::{Explained, SeenGroup, SeenMuscle, SeenReach, Sight};
 
 use crate::{
     dynamics::{Bodies, DynamicsParams, Particle, Simulation, Skins},
     error::PoseError,
-    field::{
-        evaluate::Place,
-        muscle::{AxisPoint, MuscleFrame, axis::half},
-    },
+    field::muscle::{AxisPoint, MuscleFrame, axis::half},
     normals::{self, Fans},
     rig::{FrameInputs, Pose, Rig},
     schedule::{self, Counts, FrameOptions, KernelId, Positions, Skinning, Step},
-    skinning::{self, SkinInput},
-    tracking::{self, CarryInput, FieldInput, FoldInput, RelaxInput, Skin, SubPose, Track, TrackParams, Way},
+    skinning::{self, SkinInput, WeightedInput},
+    tracking::{Skin, SubPose, Track},
     wrap::{self, ShapeInput},
 };
 use glam::Vec4;
 use std::sync::Arc;
+use track::UnderWay;
 
 /// Everything one frame produced, stage by stage.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +33,7 @@ pub struct Trace {
     pub axes: Vec<AxisPoint>,
     /// Points of the muscles in motion; empty without dynamics.
     pub particles: Vec<Particle>,
-    /// Tracked positions; empty without the tracker.
+    /// Tracked positions, or those displaced to muscles; empty without either.
     pub tracked: Vec<Vec4>,
     /// What the tracker keeps of every vertex; empty without it.
     pub tracks: Vec<Track>,
@@ -234,6 +233,18 @@ impl<'a> Reference<'a> {
                 trace.skinned.resize(vertices, Vec4::ZERO);
                 skinning::dual_quaternion(&skin, &mut trace.skinned);
             }
+            KernelId::SkinWeighted => {
+                trace.tracked.resize(vertices, Vec4::ZERO);
+                let input = WeightedInput {
+                    joints: &inputs.joints,
+                    muscles: &trace.muscles,
+                    axes: &trace.axes,
+                    targets: &rig.weights.vertices,
+                    weights: &rig.weights.weights,
+                    skinned: &trace.skinned,
+                };
+                skinning::weighted(&input, &mut trace.tracked);
+            }
             KernelId::MuscleShape => {
                 trace.muscles.resize(rig.muscles.len(), MuscleFrame::default());
                 trace.axes.resize(rig.point_count as usize, AxisPoint::default());
@@ -275,84 +286,6 @@ impl<'a> Reference<'a> {
                 }
             }
             KernelId::FieldSample | KernelId::MuscleSample | KernelId::OperatorSample => {}
-        }
-    }
-}
-
-/// What the tracker holds during one frame.
-#[derive(Default)]
-struct UnderWay {
-    way: Way,
-    sub_poses: Vec<SubPose>,
-    /// The pose itself, where the skin is in it already.
-    still: SubPose,
-    slid: Vec<Vec4>,
-}
-
-impl Reference<'_> {
-    /// Plays one step of the tracker.
-    fn track(&self, step: &Step, options: &FrameOptions, skin: &mut Skin, under_way: &mut UnderWay, trace: &mut Trace) {
-        let rig = self.rig;
-        let targets = &rig.targets;
-        let params = TrackParams::new(&counts(rig), 1, &options.track, step.sub_pose, step.projects);
-        let UnderWay { way, sub_poses, still, slid } = under_way;
-        let sub_pose = match sub_poses.iter_mut().rev().nth(step.sub_pose as usize) {
-            Some(sub_pose) => sub_pose,
-            None => still,
-        };
-        let relax =
-            RelaxInput { targets: &targets.vertices, edges: &rig.graph.edges, positions_rest: &rig.positions_rest };
-        match step.kernel {
-            // A skin that is in its pose already has nothing to be carried by.
-            KernelId::TrackCarry | KernelId::TrackPlace if step.sub_pose >= way.count => {}
-            KernelId::TrackCarry => {
-                let input = CarryInput {
-                    joints: &sub_pose.joints,
-                    positions_rest: &rig.positions_rest,
-                    offsets: &rig.character.influence_offsets,
-                    influences: &rig.character.influences,
-                    targets: &targets.vertices,
-                };
-                tracking::carry(&params, way, &input, &mut skin.positions, &mut skin.tracks);
-            }
-            KernelId::TrackPlace => {
-                skin.places.resize(targets.reaches.len(), Place::default());
-                tracking::place(&sub_pose.joints, &targets.reaches, &targets.blends, &mut skin.places);
-            }
-            KernelId::TrackFold => {
-                let input = FoldInput {
-                    joints: &sub_pose.joints,
-                    patches: &rig.fold_patches,
-                    triangles: &rig.fold_triangles,
-                    positions_rest: &rig.positions_rest,
-                    positions: &skin.positions,
-                };
-                tracking::fold(&params, way, &input, &mut sub_pose.groups, &mut skin.offsets);
-            }
-            KernelId::TrackMarch => {
-                let field = FieldInput {
-                    groups: &sub_pose.groups,
-                    nodes: &rig.nodes,
-                    muscles: &trace.muscles,
-                    axes: &trace.axes,
-                };
-                let Skin { positions, tracks, places, .. } = skin;
-                tracking::march(&params, &field, &targets.vertices, places, positions, tracks);
-            }
-            KernelId::TrackTurn => tracking::turn(&params, &relax, &skin.positions, &mut skin.tracks),
-            KernelId::TrackSlide => {
-                slid.resize(skin.positions.len(), Vec4::ZERO);
-                let (from, to) = match step.reads {
-                    Some(Positions::Slid) => (&*slid, &mut skin.positions),
-                    _ => (&skin.positions, slid),
-                };
-                tracking::slide(&params, &relax, &skin.tracks, from, to);
-            }
-            KernelId::TrackSpread => {
-                trace.tracked.resize(skin.positions.len(), Vec4::ZERO);
-                tracking::spread(&targets.vertices, &skin.positions, &mut trace.tracked);
-            }
-            _ => {}
         }
     }
 }

@@ -2,219 +2,11 @@
 //!
 //! The GPU and the reference both play this list, so counts and buffers cannot diverge.
 
+mod options;
 mod outline;
 
+pub use options::{Contacts, DynamicsOptions, FoldVolume, FrameOptions, Mode, Skinning, Solver, TrackOptions};
 pub use outline::{Entry, outline};
-
-/// How skin follows joints.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Skinning {
-    /// Marched to rest iso-values of the posed field, from a linear start.
-    #[default]
-    Implicit,
-    /// Linear blend skinning alone.
-    Linear,
-    /// Dual quaternion skinning alone.
-    DualQuaternion,
-}
-
-/// What sets how much a folding joint displaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FoldVolume {
-    /// The volume that its groups have lost, measured in every pass.
-    #[default]
-    Closed,
-    /// Its angle.
-    Open,
-}
-
-/// Settings of the tracker (prototypes 3; background 1.12 and 2).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrackOptions {
-    /// Passes of a sub-pose that relax the skin along the field after their step.
-    pub passes: u32,
-    /// Passes after them, in the pose itself, that only take the step.
-    pub projections: u32,
-    /// Sweeps of a relaxation: an even number, since positions go to and fro between two buffers.
-    pub sweeps: u32,
-    /// Share of the Newton step that is taken: .35 in Implicit Skinning's implementations.
-    pub relaxation: f32,
-    /// Share of it in the last passes.
-    pub projection: f32,
-    /// Field difference at which a vertex counts as arrived.
-    pub tolerance: f32,
-    /// Longest step in support radii.
-    pub max_step_radii: f32,
-    /// How far a sub-pose of a turn of `direct_degrees` draws vertices without contact to linear skinning, 0..=1, and a
-    /// smaller turn in proportion: it holds what they forget.
-    pub anchor: f32,
-    /// Share of a relaxation's way that vertices are spared where skin presses against skin, 0..=1.
-    pub contact_hold: f32,
-    /// How strongly the skin's rotations follow the field's normal.
-    pub normal_weight: f32,
-    /// Turn of a joint up to which a pose is one sub-pose, degrees.
-    pub direct_degrees: f32,
-    /// Turn of a joint in one of several sub-poses, degrees.
-    pub degrees: f32,
-    /// What sets how much a folding joint displaces.
-    pub fold: FoldVolume,
-}
-
-impl Default for TrackOptions {
-    fn default() -> Self {
-        TrackOptions {
-            passes: 5,
-            projections: 3,
-            sweeps: 4,
-            relaxation: 0.35,
-            projection: 0.8,
-            tolerance: 1e-3,
-            max_step_radii: 0.2,
-            anchor: 0.1,
-            contact_hold: 0.8,
-            normal_weight: 0.5,
-            direct_degrees: 20.0,
-            degrees: 10.0,
-            fold: FoldVolume::Closed,
-        }
-    }
-}
-
-impl TrackOptions {
-    /// Most sub-poses of one pose.
-    pub const MOST_SUB_POSES: u32 = 18;
-
-    /// Sub-poses of a turn by `angle` radians.
-    pub fn sub_poses(&self, angle: f32) -> u32 {
-        let degrees = angle.to_degrees();
-        if degrees <= self.direct_degrees {
-            return 1;
-        }
-        ((degrees / self.degrees).ceil() as u32).clamp(1, Self::MOST_SUB_POSES)
-    }
-}
-
-/// How stiffness is understood.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
-    /// As compliance: a muscle has a frequency of its own, whatever the substeps and iterations are.
-    #[default]
-    Xpbd,
-    /// As paper A has it: the share k of every error that one projection mends. The look depends on substeps and
-    /// iterations.
-    Pbd,
-}
-
-/// In what order a muscle's constraints are projected.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Solver {
-    /// Every second segment, then the others, over-relaxed; then the contacts.
-    #[default]
-    RedBlack,
-    /// All at once, averaged.
-    Jacobi,
-}
-
-/// What muscles collide with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Contacts {
-    /// Bones.
-    pub bones: bool,
-    /// Muscles of the same collision group.
-    pub muscles: bool,
-    /// The skin, from within.
-    pub skin: bool,
-}
-
-impl Contacts {
-    /// Everything.
-    pub const ALL: Contacts = Contacts { bones: true, muscles: true, skin: true };
-    /// Nothing.
-    pub const NONE: Contacts = Contacts { bones: false, muscles: false, skin: false };
-}
-
-/// Settings of the dynamics.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DynamicsOptions {
-    /// How stiffness is understood.
-    pub mode: Mode,
-    /// In what order constraints are projected.
-    pub solver: Solver,
-    /// Iterations over one muscle while the others stand still.
-    pub inner: u32,
-    /// Iterations over all muscles, 1 to [`DynamicsOptions::MOST_OUTER`].
-    pub outer: u32,
-    /// Passes over the contacts alone that end a substep, at most; one that moves a particle by less than a micrometre is
-    /// its last.
-    pub final_passes: u32,
-    /// What collides.
-    pub contacts: Contacts,
-    /// Substeps per second.
-    pub rate: u32,
-    /// Frequency of a muscle of stiffness .4, hertz: 8 to 24 are useful.
-    pub frequency: f32,
-    /// Share of a velocity relative to the bones that is left after 1/60 s: .9 in paper A.
-    pub retention: f32,
-    /// Coefficient of friction with bones and muscles.
-    pub friction: f32,
-    /// How far a plane between two muscles may be off before it follows them, metres: it brings muscles that press against
-    /// one another to rest, for an overlap of two to three times as much. 0 is off.
-    pub play: f32,
-    /// Displacement relative to the bones under which a particle that presses against a muscle stays where it is in a
-    /// substep, metres; 0 is off.
-    pub deadband: f32,
-    /// Seconds for which muscles settle in the first pose, before anything moves.
-    pub settle: f32,
-    /// Seconds over which velocities come to their full life after that.
-    pub fade: f32,
-}
-
-impl Default for DynamicsOptions {
-    fn default() -> Self {
-        DynamicsOptions {
-            mode: Mode::Xpbd,
-            solver: Solver::RedBlack,
-            inner: 8,
-            outer: 2,
-            final_passes: 4,
-            contacts: Contacts::ALL,
-            rate: 240,
-            frequency: 12.0,
-            retention: 0.9,
-            friction: 0.3,
-            play: 5e-4,
-            deadband: 5e-5,
-            settle: 0.5,
-            fade: 0.25,
-        }
-    }
-}
-
-impl DynamicsOptions {
-    /// Paper A's own dynamics: raw k, 15 iterations, a time step of 1/60 s (background 4.7).
-    pub fn pbd() -> DynamicsOptions {
-        DynamicsOptions { mode: Mode::Pbd, inner: 15, outer: 1, rate: 60, ..DynamicsOptions::default() }
-    }
-
-    /// Most outer iterations.
-    pub const MOST_OUTER: u32 = 8;
-
-    /// Length of a substep, seconds.
-    pub fn seconds(&self) -> f32 {
-        1.0 / self.rate as f32
-    }
-}
-
-/// What one frame is asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrameOptions {
-    /// How skin follows joints.
-    pub skinning: Skinning,
-    /// Settings of the tracker.
-    pub track: TrackOptions,
-    /// Muscles in motion; without, their axes are straight.
-    pub dynamics: Option<DynamicsOptions>,
-}
 
 /// A kernel, on whichever side it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -223,6 +15,8 @@ pub enum KernelId {
     SkinLinear,
     /// Dual quaternion skinning.
     SkinDualQuaternion,
+    /// Skinned vertices to the muscles that they have weights of.
+    SkinWeighted,
     /// Joints at the end of a substep.
     JointStep,
     /// Muscles before anything holds them.
@@ -264,7 +58,7 @@ pub enum Positions {
     Skin,
     /// The same after an odd number of sweeps.
     Slid,
-    /// After the tracker.
+    /// After the tracker, or after the displacement to muscles that stands in its place.
     Tracked,
 }
 
@@ -292,8 +86,8 @@ pub struct Step {
 impl Step {
     /// Whether it carries a motion on from frame to frame, rather than making this frame's output.
     pub fn is_of_motion(&self) -> bool {
-        use KernelId::{Normals, SkinDualQuaternion, SkinLinear, TrackSpread};
-        !matches!(self.kernel, Normals | SkinDualQuaternion | SkinLinear | TrackSpread)
+        use KernelId::{Normals, SkinDualQuaternion, SkinLinear, SkinWeighted, TrackSpread};
+        !matches!(self.kernel, Normals | SkinDualQuaternion | SkinLinear | SkinWeighted | TrackSpread)
     }
 
     /// Whether it moves muscles.
@@ -333,7 +127,7 @@ impl Counts {
 
     /// Whether a frame of these options moves muscles.
     pub fn dynamics(&self, options: &FrameOptions) -> Option<DynamicsOptions> {
-        let fields = options.skinning == Skinning::Implicit && self.groups > 0 && self.muscles > 0;
+        let fields = options.skinning.follows_muscles() && self.groups > 0 && self.muscles > 0;
         let usable = |d: DynamicsOptions| DynamicsOptions {
             inner: d.inner.max(1),
             outer: d.outer.clamp(1, DynamicsOptions::MOST_OUTER),
@@ -348,17 +142,27 @@ impl Counts {
 /// `sub_poses` those of the tracker.
 pub fn frame(counts: &Counts, options: &FrameOptions, turns: u32, sub_poses: u32) -> Vec<Step> {
     let mut steps = Vec::new();
-    let last = if options.skinning == Skinning::Implicit && counts.groups > 0 {
-        muscles(counts, options, turns, &mut steps);
-        track(counts, &options.track, sub_poses, &mut steps);
-        Positions::Tracked
-    } else {
-        let kernel = match options.skinning {
-            Skinning::DualQuaternion => KernelId::SkinDualQuaternion,
-            Skinning::Implicit | Skinning::Linear => KernelId::SkinLinear,
-        };
-        steps.push(step(kernel, counts.vertices, None, Some(Positions::Skinned)));
-        Positions::Skinned
+    let skinned = Some(Positions::Skinned);
+    let last = match options.skinning {
+        Skinning::Implicit if counts.groups > 0 => {
+            muscles(counts, options, turns, &mut steps);
+            track(counts, &options.track, sub_poses, &mut steps);
+            Positions::Tracked
+        }
+        Skinning::Weighted if counts.muscles > 0 => {
+            muscles(counts, options, turns, &mut steps);
+            steps.push(step(KernelId::SkinLinear, counts.vertices, None, skinned));
+            steps.push(step(KernelId::SkinWeighted, counts.vertices, skinned, Some(Positions::Tracked)));
+            Positions::Tracked
+        }
+        Skinning::DualQuaternion => {
+            steps.push(step(KernelId::SkinDualQuaternion, counts.vertices, None, skinned));
+            Positions::Skinned
+        }
+        Skinning::Implicit | Skinning::Linear | Skinning::Weighted => {
+            steps.push(step(KernelId::SkinLinear, counts.vertices, None, skinned));
+            Positions::Skinned
+        }
     };
     steps.push(step(KernelId::Normals, counts.vertices, Some(last), None));
     steps.retain(|s| s.items > 0);
@@ -447,6 +251,8 @@ mod tests {
         assert_eq!(kernels(10, 0, 3, Skinning::Implicit), expected(&[]));
         assert_eq!(kernels(10, 2, 0, Skinning::Implicit), [SkinLinear, Normals]);
         assert_eq!(kernels(10, 2, 3, Skinning::DualQuaternion), [SkinDualQuaternion, Normals]);
+        assert_eq!(kernels(10, 2, 3, Skinning::Weighted), [MuscleShape, SkinLinear, SkinWeighted, Normals]);
+        assert_eq!(kernels(10, 0, 3, Skinning::Weighted), [SkinLinear, Normals]);
         assert_eq!(kernels(0, 0, 3, Skinning::Linear), []);
     }
 
@@ -475,7 +281,7 @@ mod tests {
 
     #[test]
     fn every_step_reads_what_an_earlier_one_wrote() {
-        for skinning in [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion] {
+        for skinning in [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion, Skinning::Weighted] {
             let options = FrameOptions { skinning, ..FrameOptions::default() };
             // The skin is where the frame before left it.
             let mut written = vec![Positions::Skin];

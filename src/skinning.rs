@@ -1,6 +1,14 @@
-//! Geometric skinning: linear blending and dual quaternions, the march's starting point and baselines of their own.
+//! Geometric skinning: linear blending and dual quaternions, the march's starting point and baselines of their own; and
+//! linear blending that muscles displace by weights.
 //!
 //! A vertex may have any number of influences. Positions are `Vec4` with `w = 1` throughout.
+
+mod weighted;
+
+pub use weighted::{WeightedInput, WeightedParams, weighted};
+
+#[cfg(feature = "gpu")]
+pub(crate) use weighted::{HOLD, LEAST_SLOPE_SQUARED, LONGEST, STEPS, TOLERANCE};
 
 use crate::{
     math::transform_point,
@@ -126,6 +134,11 @@ fn dual_quaternion_vertex(input: &SkinInput, vertex: usize) -> Vec4 {
     let turned = r.cross(r.cross(p) + p * real.w);
     let moved = d * real.w - r * dual.w + r.cross(d);
     (p + turned * 2.0 + moved * 2.0).extend(1.0)
+}
+
+/// Bit test on a vector's size, because drivers fold `x != x` away.
+fn is_finite(v: Vec3) -> bool {
+    (v.dot(v).to_bits() & 0x7fff_ffff) < 0x7f80_0000
 }
 
 /// Four products summed in a stated order: glam's own sum pairs them another way than kernels do.

@@ -2,15 +2,16 @@
 
 mod dynamics;
 mod muscles;
+mod skin;
 mod values;
 
 pub use dynamics::Dynamics;
 pub use muscles::{Muscles, MusclesCopy, MusclesMirror, MusclesPlot, MusclesVerb};
+pub use skin::Skin;
 pub use values::{Device, FrameRange, Size};
 
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
 use sinew::figures::Figure;
-use sinew::schedule::Skinning;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use values::{parse_angle, parse_elevation, parse_fps, parse_threads};
@@ -87,27 +88,6 @@ pub struct Motion {
     pub fps: f32,
 }
 
-/// How the skin is deformed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SkinningArg {
-    /// Muscle and bone fields over linear skinning
-    Implicit,
-    /// Linear blend skinning
-    Linear,
-    /// Dual-quaternion skinning
-    DualQuaternion,
-}
-
-impl From<SkinningArg> for Skinning {
-    fn from(argument: SkinningArg) -> Skinning {
-        match argument {
-            SkinningArg::Implicit => Skinning::Implicit,
-            SkinningArg::Linear => Skinning::Linear,
-            SkinningArg::DualQuaternion => Skinning::DualQuaternion,
-        }
-    }
-}
-
 /// Options of `demo`.
 #[derive(Debug, Group)]
 pub struct Demo {
@@ -117,6 +97,8 @@ pub struct Demo {
     /// Pixels of each frame
     #[arg(long, value_name = "WxH", default_value = "720x720")]
     pub size: Size,
+    #[command(flatten)]
+    pub skin: Skin,
     #[command(flatten)]
     pub compute: Compute,
     #[command(flatten)]
@@ -193,9 +175,8 @@ pub struct Render {
     pub motion: Motion,
     #[command(flatten)]
     pub compute: Compute,
-    /// How the skin is deformed
-    #[arg(long, value_enum, default_value = "implicit")]
-    pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub skin: Skin,
     #[command(flatten)]
     pub dynamics: Dynamics,
     /// What is drawn
@@ -233,9 +214,8 @@ pub struct Bake {
     pub motion: Motion,
     #[command(flatten)]
     pub compute: Compute,
-    /// How the skin is deformed
-    #[arg(long, value_enum, default_value = "implicit")]
-    pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub skin: Skin,
     #[command(flatten)]
     pub dynamics: Dynamics,
     /// NAME.pc2, or NAME.obj or a folder for a sequence of OBJ files
@@ -259,9 +239,8 @@ pub struct Parity {
     pub motion: Motion,
     #[command(flatten)]
     pub compute: Compute,
-    /// How the skin is deformed
-    #[arg(long, value_enum, default_value = "implicit")]
-    pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub skin: Skin,
     #[command(flatten)]
     pub dynamics: Dynamics,
     /// Print the result as JSON

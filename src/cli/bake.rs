@@ -1,6 +1,6 @@
 //! `sinew bake`: deformed vertices as a cache.
 
-use crate::args::{self, SkinningArg};
+use crate::args;
 use crate::deform::{Deformer, Machine};
 use crate::failure::Failure;
 use crate::load::{self, Frames};
@@ -13,7 +13,6 @@ use sinew::error::OutputError;
 use sinew::io::atomic::FileSet;
 use sinew::io::{obj, pc2};
 use sinew::rig::{Character, Rig};
-use sinew::schedule::Skinning;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -39,8 +38,8 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     args.dynamics.options()?;
     let (mut scene, muscles) = load::input(&args.input)?;
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
-    let fields = args.skinning == SkinningArg::Implicit;
-    let options = load::options(args.skinning, &args.dynamics, &muscles, fields)?;
+    let fields = args.skin.needs_fields();
+    let options = load::options(args.skin, &args.dynamics, &muscles, fields)?;
     let meshes = args.muscle_meshes.as_deref();
     let check = |out| muscle_meshes::Sink::check(out, muscles.muscles.len(), options.skinning);
     let meshes = meshes.map(check).transpose()?;
@@ -49,11 +48,11 @@ pub fn run(args: &args::Bake) -> Result<(), Failure> {
     let sink = Sink::open(&args.output, format, &scene.character, &frames)?;
     let meshes = meshes.map(|place| sink.beside(place)).transpose()?;
     load::note_idle_muscles(&mut scene, &muscles, fields);
-    let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields, options.dynamics.as_ref())?);
+    let rig = Arc::new(load::rig_for(&options, &args.input, &scene, &muscles, fields)?);
     let mut deformer = Deformer::new(machine, &rig, &options)?;
     let began = Instant::now();
     let mut sinks = Sinks { skin: sink, meshes };
-    let mut playback = Playback::new(&scene, &frames, &rig, options.skinning == Skinning::Implicit);
+    let mut playback = Playback::new(&scene, &frames, &rig, options.remembers());
     play(&rig, &mut playback, &frames, &mut deformer, &mut sinks)?;
     sinks.skin.finish()?;
     let muscle_meshes = sinks.meshes.map(muscle_meshes::Sink::finish).transpose()?;

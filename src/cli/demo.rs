@@ -14,7 +14,7 @@ pub use on_device::run;
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{FrameRange, Input, Motion, SkinningArg};
+    use crate::args::{FrameRange, Input, Motion};
     use crate::deform::OnCpu;
     use crate::load::{self, Frames};
     use crate::playback::Playback;
@@ -71,9 +71,9 @@ mod on_device {
         let muscles = muscle_file::parse(MUSCLES, Path::new("arm.muscles.toml")).map_err(Failure::input)?;
         let motion = Motion { clip: Some("curl".into()), frames: None, fps: 30.0 };
         let frames = Frames::choose(&input.file, &scene, &motion)?;
-        let options = load::options(SkinningArg::Implicit, &args.dynamics, &muscles, true)?;
+        let options = load::options(args.skin, &args.dynamics, &muscles, args.skin.needs_fields())?;
         let began = Instant::now();
-        let rig = Arc::new(load::rig(&input, &scene, &muscles, true, options.dynamics.as_ref())?);
+        let rig = Arc::new(load::rig_for(&options, &input, &scene, &muscles, true)?);
         let set = Set {
             scene: &scene,
             rig: &rig,
@@ -100,7 +100,7 @@ mod on_device {
             sheet,
             frames: frames.count(),
             vertices: scene.character.vertex_count(),
-            active_vertices: rig.active_count(),
+            active_vertices: load::active(&rig, options.skinning).unwrap_or_default(),
             device: film.describe(),
             seconds: began.elapsed().as_secs_f64(),
             muscles,
@@ -117,7 +117,7 @@ mod on_device {
         frames: &Frames,
     ) -> Result<(Vec<MuscleChange>, f32), Failure> {
         let mut cpu = OnCpu::new(rig, options);
-        let mut playback = Playback::new(scene, frames, rig, options.skinning == Skinning::Implicit);
+        let mut playback = Playback::new(scene, frames, rig, options.remembers());
         let pose = playback.pose((frames.range.first + frames.range.last) / 2, &mut cpu)?;
         let implicit = cpu.skin(&pose)?;
         let linear = OnCpu::new(rig, &FrameOptions { skinning: Skinning::Linear, ..*options }).skin(&pose)?;

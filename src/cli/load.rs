@@ -1,10 +1,10 @@
 //! From the command line to a rig and the frames to play.
 
-use crate::args::{Dynamics, FrameRange, Input, Motion, SkinningArg};
+use crate::args::{Dynamics, FrameRange, Input, Motion, Skin};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use sinew::clip::{ClipChoice, Scene};
-use sinew::error::RigError;
+use sinew::error::{RigError, WeightError};
 use sinew::rig::muscle_file::{self, MuscleFile};
 use sinew::rig::{BuildOptions, Pose, Rig};
 use sinew::schedule::{DynamicsOptions, FrameOptions, Skinning};
@@ -47,14 +47,12 @@ pub fn input(input: &Input) -> Result<(Scene, MuscleFile), Failure> {
 }
 
 /// What the command line asks of every frame; muscles move where there are some and `fields` for them to act in.
-pub fn options(
-    skinning: SkinningArg,
-    dynamics: &Dynamics,
-    muscles: &MuscleFile,
-    fields: bool,
-) -> Result<FrameOptions, Failure> {
+pub fn options(skin: Skin, dynamics: &Dynamics, muscles: &MuscleFile, fields: bool) -> Result<FrameOptions, Failure> {
+    if Skinning::from(skin.skinning) == Skinning::Weighted && muscles.muscles.is_empty() {
+        return Err(Failure::input(WeightError::NoMuscles));
+    }
     let dynamics = dynamics.options()?.filter(|_| fields && !muscles.muscles.is_empty());
-    Ok(FrameOptions { skinning: skinning.into(), dynamics, ..FrameOptions::default() })
+    Ok(FrameOptions { skinning: skin.skinning.into(), dynamics, ..FrameOptions::default() })
 }
 
 /// Builds the rig; the paths of `input` are for messages. Without `fields`, which are what takes long, only geometric
@@ -74,6 +72,22 @@ pub fn rig(
     Ok(rig)
 }
 
+/// [`rig`] for frames of given options.
+pub fn rig_for(
+    options: &FrameOptions,
+    input: &Input,
+    scene: &Scene,
+    muscles: &MuscleFile,
+    fields: bool,
+) -> Result<Rig, Failure> {
+    let rig = rig(input, scene, muscles, fields, options.dynamics.as_ref())?;
+    if options.skinning == Skinning::Weighted {
+        let named = |error| Failure::Input(format!("{}: {error}", input.file.display()));
+        rig.check_weights().map_err(named)?;
+    }
+    Ok(rig)
+}
+
 fn built(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
     let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
     let (bones, bone_meshes) = (muscles.bones.clone(), scene.bone_meshes(&muscles.bones));
@@ -88,13 +102,17 @@ fn built(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Re
 /// Notes muscles that nothing will come of, because the rig has no `fields` for them to act on.
 pub fn note_idle_muscles(scene: &mut Scene, muscles: &MuscleFile, fields: bool) {
     if !fields && !muscles.muscles.is_empty() {
-        scene.notes.push("--muscles moves no skin without --skinning implicit".into());
+        scene.notes.push("--muscles moves no skin without --skinning implicit or weighted".into());
     }
 }
 
-/// How many vertices the fields can move under a skinning; none where it uses no fields.
+/// How many vertices fields or muscles can move under a skinning; none where it uses neither.
 pub fn active(rig: &Rig, skinning: Skinning) -> Option<usize> {
-    (skinning == Skinning::Implicit).then(|| rig.active_count())
+    match skinning {
+        Skinning::Implicit => Some(rig.active_count()),
+        Skinning::Weighted => Some(rig.weights.followers()),
+        Skinning::Linear | Skinning::DualQuaternion => None,
+    }
 }
 
 /// What a result says of [`active`], where there is something to say.

@@ -41,8 +41,8 @@ impl Sink {
     /// Refuses what can have no muscles to write: a file without any, or a skinning that does not shape them.
     pub fn check(output: &Path, muscles: usize, skinning: Skinning) -> Result<Sequence, Failure> {
         let refuse = |why: &str| Err(Failure::Input(format!("--muscle-meshes {}: {why}", output.display())));
-        if skinning != Skinning::Implicit {
-            return refuse("only --skinning implicit gives muscles a shape; leave out one of the two");
+        if !skinning.follows_muscles() {
+            return refuse("only --skinning implicit and weighted give muscles a shape; leave out one of the two");
         }
         if muscles == 0 {
             return refuse("there are no muscles to write; give --muscles a file that has some");

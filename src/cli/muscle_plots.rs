@@ -1,6 +1,6 @@
 //! `sinew muscles plot`: what the muscles of a file do over a clip, as graphs and as a table.
 
-use crate::args::{MusclesPlot, SkinningArg};
+use crate::args::{MusclesPlot, Skin};
 use crate::deform::{Deformer, Machine};
 use crate::failure::Failure;
 use crate::load::{self, Frames};
@@ -61,7 +61,7 @@ pub fn run(args: &MusclesPlot) -> Result<(), Failure> {
         return Err(Failure::Usage("muscles plot needs --muscles with a file that has some".into()));
     }
     let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
-    let options = load::options(SkinningArg::Implicit, &args.dynamics, &muscles, true)?;
+    let options = load::options(Skin::DEFAULT, &args.dynamics, &muscles, true)?;
     // Before the long work, so that a missing adapter or an output that cannot be written is known at once.
     let machine = Machine::open(&args.compute.device)?;
     let mut files = FileSet::open(&args.output).map_err(Failure::input)?;

@@ -16,7 +16,7 @@ pub fn run(args: &args::Parity) -> Result<(), Failure> {
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{Device, SkinningArg};
+    use crate::args::Device;
     use crate::device::{self, OnDevice};
     use crate::load::{self, Frames};
     use crate::playback::{Moves, Playback};
@@ -29,7 +29,7 @@ mod on_device {
     use sinew::parity::{self, CpuResult, StageReport, compare, stop_counts};
     use sinew::reference::{Motion, Reference, Trace};
     use sinew::rig::Pose;
-    use sinew::schedule::{FrameOptions, Skinning};
+    use sinew::schedule::FrameOptions;
     use sinew::tracking::Track;
     use std::fmt::Write;
     use std::sync::Arc;
@@ -62,11 +62,11 @@ mod on_device {
         let (mut scene, muscles) = load::input(&args.input)?;
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let numbers = if args.motion.frames.is_some() { frames.numbers().collect() } else { frames.spread(FRAMES) };
-        let fields = args.skinning == SkinningArg::Implicit;
-        let options = load::options(args.skinning, &args.dynamics, &muscles, fields)?;
+        let fields = args.skin.needs_fields();
+        let options = load::options(args.skin, &args.dynamics, &muscles, fields)?;
         let headless = device::open(&args.compute.device)?;
         load::note_idle_muscles(&mut scene, &muscles, fields);
-        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields, options.dynamics.as_ref())?);
+        let rig = Arc::new(load::rig_for(&options, &args.input, &scene, &muscles, fields)?);
         let device = OnDevice::new(headless, &rig, &options)?;
         let motion = Motion::new(&rig, &options);
         let mut both = Both { device, reference: Reference::new(&rig), motion, options };
@@ -76,13 +76,13 @@ mod on_device {
             clip: load::clip_name(&scene, frames.clip),
             frames: numbers.clone(),
             vertices: scene.character.vertex_count(),
-            active: rig.active_count(),
+            active: load::active(&rig, options.skinning).unwrap_or_default(),
             pass: true,
             stages: Vec::new(),
             stops: stop_counts(&[]).iter().map(|(reason, n)| (format!("{reason:?}"), *n)).collect(),
         };
         let progress = Progress::steps("comparing", numbers.len() as u64);
-        let mut playback = Playback::new(&scene, &frames, &rig, options.skinning == Skinning::Implicit);
+        let mut playback = Playback::new(&scene, &frames, &rig, options.remembers());
         for &number in &numbers {
             let pose = playback.pose(number, &mut both)?;
             let gpu = both.device.stages(&pose)?;

@@ -14,7 +14,7 @@ pub use on_device::{Set, Shoot, film, run, sheet_of, shoot, write};
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{CameraArg, Device, Size, SkinningArg};
+    use crate::args::{CameraArg, Device, Size};
     use crate::crease::{Folds, Summary};
     use crate::deform::{OnCpu, Shaped};
     use crate::device::{self, OnDevice};
@@ -74,12 +74,12 @@ mod on_device {
         let frames = Frames::choose(&args.input.file, &scene, &args.motion)?;
         let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
         // Muscles take their shape in the space of their fields, whichever skinning is drawn over them.
-        let fields = args.skinning == SkinningArg::Implicit || view.shows_muscles();
-        let options = load::options(args.skinning, &args.dynamics, &muscles, fields)?;
+        let fields = args.skin.needs_fields() || view.shows_muscles();
+        let options = load::options(args.skin, &args.dynamics, &muscles, fields)?;
         // Before the long work of fitting, so that a missing adapter is known at once.
         let headless = device::open(&args.compute.device)?;
         load::note_idle_muscles(&mut scene, &muscles, fields);
-        let rig = Arc::new(load::rig(&args.input, &scene, &muscles, fields, options.dynamics.as_ref())?);
+        let rig = Arc::new(load::rig_for(&options, &args.input, &scene, &muscles, fields)?);
         let set = Set {
             scene: &scene,
             rig: &rig,
@@ -194,10 +194,10 @@ mod on_device {
         let studio = Studio::open(source.headless(), scene, size)?;
         let camera = Camera::around(&points, direction, studio.aspect());
         let beneath = FrameOptions { skinning: Skinning::Implicit, ..*options };
-        let apart = options.skinning != Skinning::Implicit && !rig.grids.is_empty();
+        let apart = !options.skinning.follows_muscles() && !rig.grids.is_empty();
         let beside = apart.then(|| OnCpu::new(rig, &beneath));
         let moving = options.dynamics.is_some();
-        let remembers = options.skinning == Skinning::Implicit;
+        let remembers = options.remembers();
         let bodies = if moving { Bodies::new(rig) } else { Bodies::default() };
         Ok(Film {
             source,

@@ -26,6 +26,37 @@ pub enum RigError {
     Field(#[from] FieldError),
 }
 
+/// Why muscles cannot displace the skin by weights.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum WeightError {
+    /// There are no muscles, or no fields for them to live in.
+    #[error(
+        "weighted skinning needs muscles, and there are none; give a muscle file that has some, or choose linear skinning"
+    )]
+    NoMuscles,
+    /// The file paints weights of a muscle that is not there.
+    #[error(
+        "attribute `_MUSCLE_{muscle}` paints muscle {muscle}, and the muscle file has {muscles}, counted from 0; \
+         give it the muscle file that it was painted for, or remove the attribute"
+    )]
+    Unknown {
+        /// Number of the muscle.
+        muscle: u32,
+        /// How many there are.
+        muscles: usize,
+    },
+    /// No muscle reaches the skin with a weight.
+    #[error(
+        "`{character}`: no vertex has a weight of any muscle; make the muscles wider so that they reach the skin, or paint \
+         `_MUSCLE_n`"
+    )]
+    NoVertex {
+        /// Name of the character.
+        character: String,
+    },
+}
+
 /// A muscle that does not fit its character.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

@@ -16,7 +16,7 @@ use crate::{
     normals::NormalParams,
     rig::JointFrame,
     schedule::{Counts, DynamicsOptions, KernelId, Positions, TrackOptions},
-    skinning::VertexParams,
+    skinning::{VertexParams, WeightedParams},
     tracking::{Track, TrackJoint, TrackParams, Way},
     wrap::MuscleParams,
 };
@@ -53,6 +53,7 @@ pub(super) struct Buffers {
     pub offsets: wgpu::Buffer,
     pub output: wgpu::Buffer,
     pub vertex_params: wgpu::Buffer,
+    pub weighted_params: wgpu::Buffer,
     pub muscle_params: wgpu::Buffer,
     pub normal_params: wgpu::Buffer,
     pub clocks: wgpu::Buffer,
@@ -132,6 +133,7 @@ impl Buffers {
                 }
             },
             vertex_params: uniform("vertex params", size_of::<VertexParams>()),
+            weighted_params: uniform("weighted params", size_of::<WeightedParams>()),
             muscle_params: uniform("muscle params", size_of::<MuscleParams>()),
             normal_params: uniform("normal params", size_of::<NormalParams>()),
             clocks: storage(sizes[8]),
@@ -211,6 +213,16 @@ pub(super) fn prepare(
         ("influences", &rig.influences),
         ("skinned", &b.skinned),
     ];
+    let weighted = [
+        ("params", &b.weighted_params),
+        ("joints", &b.joints),
+        ("muscles", &b.muscles),
+        ("axes", &b.axes),
+        ("targets", &rig.weight_targets),
+        ("weights", &rig.weights),
+        ("skinned", &b.skinned),
+        ("displaced", &b.tracked),
+    ];
     let shape = [
         ("params", &b.muscle_params),
         ("muscles_rest", &rig.muscles),
@@ -233,6 +245,7 @@ pub(super) fn prepare(
     let mut prepared = vec![
         make(KernelId::SkinLinear, None, &skin)?,
         make(KernelId::SkinDualQuaternion, None, &skin)?,
+        make(KernelId::SkinWeighted, None, &weighted)?,
         make(KernelId::MuscleShape, None, &shape)?,
         make(KernelId::Normals, Some(Positions::Skinned), &normals(&b.skinned))?,
         make(KernelId::Normals, Some(Positions::Tracked), &normals(&b.tracked))?,

@@ -12,7 +12,7 @@ use crate::{
     normals::NormalParams,
     rig::{FrameInputs, Pose},
     schedule::{self, Counts, DynamicsOptions, FrameOptions, KernelId, Positions, Skinning, Step},
-    skinning::VertexParams,
+    skinning::{VertexParams, WeightedParams},
     tracking::{Path, Track, TrackParams, Way},
     wrap::MuscleParams,
 };
@@ -74,6 +74,15 @@ impl Batch {
         let joint_count = rig.rig.character.joints.len() as u32;
         let vertex = VertexParams { vertex_count: counts.vertices, instance_count: count, joint_count, pad_0: 0 };
         queue.write_buffer(&batch.buffers.vertex_params, 0, bytemuck::bytes_of(&vertex));
+        let weighted = WeightedParams {
+            vertex_count: counts.vertices,
+            instance_count: count,
+            joint_count,
+            muscle_count: counts.muscles,
+            point_count: counts.points,
+            ..WeightedParams::default()
+        };
+        queue.write_buffer(&batch.buffers.weighted_params, 0, bytemuck::bytes_of(&weighted));
         batch.set_options(queue, &FrameOptions::default());
         let rest = FrameInputs::new(&rig.rig, &Pose::rest(&rig.rig.character)).unwrap_or_default();
         for instance in 0..count {

@@ -20,6 +20,8 @@ pub struct RigBuffers {
     pub(super) edges: wgpu::Buffer,
     pub(super) fold_patches: wgpu::Buffer,
     pub(super) fold_triangles: wgpu::Buffer,
+    pub(super) weight_targets: wgpu::Buffer,
+    pub(super) weights: wgpu::Buffer,
     pub(super) corners: wgpu::Buffer,
     pub(super) fans: wgpu::Buffer,
     pub(super) fan_members: wgpu::Buffer,
@@ -36,7 +38,7 @@ impl RigBuffers {
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
         let bodies_rest = Arc::new(Bodies::new(&rig));
-        let data: [(&'static str, &[u8]); 17] = [
+        let data: [(&'static str, &[u8]); 19] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
@@ -48,6 +50,8 @@ impl RigBuffers {
             ("skin edges", bytemuck::cast_slice(&rig.graph.edges)),
             ("folds", bytemuck::cast_slice(&rig.fold_patches)),
             ("triangles of folds", bytemuck::cast_slice(&rig.fold_triangles)),
+            ("vertices of muscle weights", bytemuck::cast_slice(&rig.weights.vertices)),
+            ("muscle weights", bytemuck::cast_slice(&rig.weights.weights)),
             ("triangles", bytemuck::cast_slice(&rig.topology.corners)),
             ("fans", bytemuck::cast_slice(&rig.topology.fans)),
             ("fan members", bytemuck::cast_slice(&rig.topology.members)),
@@ -71,6 +75,8 @@ impl RigBuffers {
             edges,
             fold_patches,
             fold_triangles,
+            weight_targets,
+            weights,
             corners,
             fans,
             fan_members,
@@ -92,6 +98,8 @@ impl RigBuffers {
             edges,
             fold_patches,
             fold_triangles,
+            weight_targets,
+            weights,
             corners,
             fans,
             fan_members,

@@ -14,6 +14,7 @@ mod normals;
 mod operator_sample;
 mod skin_dual_quaternion;
 mod skin_linear;
+mod skin_weighted;
 mod track_carry;
 mod track_fold;
 mod track_march;
@@ -109,9 +110,10 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 17] = [
+pub const KERNELS: [Kernel; 18] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
+    skin_weighted::KERNEL,
     joint_step::KERNEL,
     muscle_predict::KERNEL,
     muscle_project::KERNEL,
@@ -134,6 +136,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
     match id {
         KernelId::SkinLinear => &skin_linear::KERNEL,
         KernelId::SkinDualQuaternion => &skin_dual_quaternion::KERNEL,
+        KernelId::SkinWeighted => &skin_weighted::KERNEL,
         KernelId::JointStep => &joint_step::KERNEL,
         KernelId::MusclePredict => &muscle_predict::KERNEL,
         KernelId::MuscleProject => &muscle_project::KERNEL,

@@ -28,12 +28,13 @@ pub fn capture(headless: &Headless, batch: &Batch, instance: u32) -> Result<GpuR
     let moves = batch.steps().iter().any(|s| s.kernel == KernelId::MusclePredict);
     let particles = if moves { axes.clone() } else { 0..0 };
     let track = range(&[KernelId::TrackSpread]);
+    let placed = range(&[KernelId::TrackSpread, KernelId::SkinWeighted]);
     Ok(GpuResult {
         skinned: readback::read(headless, batch.positions(Positions::Skinned), skin)?,
         muscles: readback::read(headless, batch.muscles(), range(&[KernelId::MuscleShape]))?,
         axes: readback::read(headless, batch.axes(), axes)?,
         particles: readback::read(headless, batch.particles(), particles)?,
-        tracked: readback::read(headless, batch.positions(Positions::Tracked), track.clone())?,
+        tracked: readback::read(headless, batch.positions(Positions::Tracked), placed)?,
         tracks: readback::read(headless, batch.tracks(), track)?,
         vertices: readback::read(headless, batch.output(), range(&[KernelId::Normals]))?,
     })

@@ -1,8 +1,8 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleSpec, Pose, Role, SkinGraph,
-    Targets, Topology, bone_fields, bones, fold_patch,
+    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleSpec, MuscleWeights, Pose,
+    Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
     groups::{FieldOptions, Fields, FitReport, FoldRest, Swing, build_fields},
     muscle::{self, BoneSpec},
 };
@@ -80,6 +80,8 @@ pub struct Rig {
     pub graph: SkinGraph,
     /// Where the skin goes, and how it sees the groups around it.
     pub targets: Targets,
+    /// Which muscles take the skin with them where it has no field of its own.
+    pub weights: MuscleWeights,
     /// Triangles around every vertex.
     pub topology: Topology,
 }
@@ -156,6 +158,7 @@ impl Rig {
             fold_triangles: Vec::new(),
             graph: SkinGraph::new(&character),
             targets: Targets::default(),
+            weights: MuscleWeights::default(),
             character,
             groups,
             grids,
@@ -271,9 +274,10 @@ impl Rig {
         self.spec_of.iter().map(|&spec| muscle::rest_input(&self.specs[spec as usize])).collect()
     }
 
-    /// Finds the skin's targets with the muscles where they are at rest.
+    /// Finds the skin's targets and weights with the muscles where they are at rest.
     fn aim(&mut self) {
         self.targets = Targets::new(self);
+        self.weights = MuscleWeights::new(self);
     }
 }
 
@@ -297,6 +301,16 @@ fn check(character: &Character) -> Result<(), String> {
     }
     if let Some(t) = character.triangles.iter().position(|t| t.iter().any(|&i| i as usize >= vertices)) {
         return Err(format!("triangle {t} names a vertex beyond the {vertices} there are"));
+    }
+    for painted in &character.painted {
+        let (n, part) = (painted.muscle, &painted.vertices);
+        if part.end as usize > vertices || part.start > part.end || painted.weights.len() != part.len() {
+            return Err(format!("the weights of muscle {n} need one for each of their vertices {part:?}"));
+        }
+        if let Some(v) = painted.weights.iter().position(|w| !(0.0..=1.0).contains(w)) {
+            let vertex = part.start as usize + v;
+            return Err(format!("the weight of muscle {n} at vertex {vertex} is outside 0..=1"));
+        }
     }
     if let Some(i) =
         character.influences.iter().position(|i| i.joint as usize >= joints || !(0.0..=1.001).contains(&i.weight))

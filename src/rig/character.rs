@@ -1,5 +1,6 @@
 //! The character as it comes from a file: skeleton, skin mesh, influences, materials.
 
+use super::PaintedMuscle;
 use glam::{Mat4, Vec2, Vec3};
 use std::ops::Range;
 
@@ -106,6 +107,8 @@ pub struct Character {
     pub influence_offsets: Vec<u32>,
     /// Influences of all vertices, ascending by vertex, strongest first within a vertex.
     pub influences: Vec<Influence>,
+    /// Weights of muscles that the file paints, part by part; where it paints none, weights are found.
+    pub painted: Vec<PaintedMuscle>,
     /// Runs of the skin by primitive.
     pub parts: Vec<Part>,
     /// Materials; never empty.

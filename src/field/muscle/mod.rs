@@ -8,6 +8,7 @@ mod lanes;
 pub mod mesh;
 pub mod profile;
 mod volume;
+mod weighted;
 
 pub use axis::AxisPoint;
 pub use evaluate::KEY_BITS;
@@ -15,6 +16,7 @@ pub use evaluate::{Projection, evaluate, project};
 pub use lanes::{Instructions, POINTS_PER_THREAD, UnionInput, UnionParams, union, union_with};
 pub use profile::Profile;
 pub use volume::volume;
+pub use weighted::{MuscleWeight, Pull, pull};
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 

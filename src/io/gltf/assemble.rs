@@ -5,7 +5,7 @@ use super::material::Materials;
 use super::nodes::Graph;
 use super::skin::{self, SkinJoint};
 use super::surface::{self, Surface};
-use super::{influences, label};
+use super::{influences, label, painted};
 use crate::clip::{ClipChoice, RigidPart, Scene, node_globals};
 use crate::error::GltfError;
 use crate::rig::{Character, Material, Part};
@@ -118,6 +118,7 @@ fn add_skinned(
         )?;
         let vertex = character.positions_rest.len() as u32;
         let triangle = character.triangles.len() as u32;
+        character.painted.extend(painted::read(source, primitive, &place, vertex, positions.len())?);
         character.parts.push(Part {
             name: mesh_name(mesh, carrier.mesh, number),
             node: carrier.node,

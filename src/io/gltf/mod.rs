@@ -19,6 +19,7 @@ mod lift;
 mod material;
 mod muscle_keys;
 mod nodes;
+mod painted;
 mod shape;
 mod skin;
 mod surface;

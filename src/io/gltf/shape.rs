@@ -42,7 +42,10 @@ fn attribute(name: &str) -> bool {
         let digits = name.strip_prefix(prefix).unwrap_or_default();
         digits.parse::<u32>().is_ok_and(|n| n.to_string() == digits)
     };
-    matches!(name, "POSITION" | "NORMAL" | "TEXCOORD_0") || numbered("JOINTS_") || numbered("WEIGHTS_")
+    matches!(name, "POSITION" | "NORMAL" | "TEXCOORD_0")
+        || numbered("JOINTS_")
+        || numbered("WEIGHTS_")
+        || numbered(super::painted::PREFIX)
 }
 
 /// The whole file.
