@@ -8,7 +8,7 @@ mod weighted;
 pub use weighted::{WeightedInput, WeightedParams, weighted};
 
 #[cfg(feature = "gpu")]
-pub(crate) use weighted::{HOLD, LEAST_SLOPE_SQUARED, LONGEST, STEPS, TOLERANCE};
+pub(crate) use weighted::{HELD, LEAST_SLOPE, LEFT, LONGEST, STEPS, TOLERANCE};
 
 use crate::{
     math::transform_point,

@@ -13,14 +13,18 @@
 override STEPS: u32;
 override TOLERANCE: f32;
 override LONGEST: f32;
-override LEAST_SLOPE_SQUARED: f32;
-override HOLD: f32;
+override LEAST_SLOPE: f32;
+override HELD: f32;
+override LEFT: f32;
+override FACING: f32;
 override NO_JOINT: u32;
+override WIDENED: f32;
 
 // What a vertex's muscles make of one point.
 struct Pull {
     value: f32,
     gradient: vec3<f32>,
+    inward: vec3<f32>,
     weight: f32,
     reach: f32,
 }
@@ -38,14 +42,45 @@ fn pull_with(a: Pull, b: Pull) -> Pull {
     return Pull(
         by.x,
         big.gradient * by.y + small.gradient * by.z,
+        big.inward + (small.inward - big.inward) * share,
         big.weight + (small.weight - big.weight) * share,
         big.reach,
     );
 }
 
+// How far the gradient leads the way that it did at rest.
+fn pull_facing(found: Pull) -> f32 {
+    let squared = math_dot(found.gradient, found.gradient);
+    let share = math_smoothstep(math_dot(found.gradient, found.inward) / (sqrt(squared) * FACING));
+    return select(0.0, share, squared > 0.0);
+}
+
+// The way inward: along the gradient where this leads the way that it did at rest.
+fn pull_direction(found: Pull) -> vec3<f32> {
+    let squared = math_dot(found.gradient, found.gradient);
+    var blend = found.inward;
+    if squared > 0.0 {
+        let unit = found.gradient / sqrt(squared);
+        let facing = math_smoothstep(math_dot(unit, found.inward) / FACING);
+        blend = found.inward * (1.0 - facing) + unit * facing;
+    }
+    return blend / sqrt(math_dot(blend, blend));
+}
+
+// A muscle with the same surface and a wider support.
+fn widened(narrow: MuscleFrame) -> MuscleFrame {
+    var muscle = narrow;
+    let more = (WIDENED - 1.0) * muscle.support_radius;
+    let reach = sqrt(muscle.lowest.w) + more;
+    muscle.support_radius += more;
+    muscle.lowest = vec4<f32>(muscle.lowest.xyz - more, reach * reach);
+    muscle.highest = vec4<f32>(muscle.highest.xyz + more, 0.0);
+    return muscle;
+}
+
 // The union at a posed point; the instance's first joint, muscle and axis point.
 fn pull(goal: WeightTarget, first: vec3<u32>, p_posed: vec3<f32>) -> Pull {
-    var found = Pull(0.0, vec3<f32>(0.0), 0.0, 0.0);
+    var found = Pull(0.0, vec3<f32>(0.0), vec3<f32>(0.0), 0.0, 0.0);
     var joint = NO_JOINT;
     var inverse = mat4x4<f32>();
     var scale = 1.0;
@@ -59,14 +94,16 @@ fn pull(goal: WeightTarget, first: vec3<u32>, p_posed: vec3<f32>) -> Pull {
             scale = math_cube_root(abs(back.volume));
             p_rest = math_transform_point(inverse, p_posed);
         }
-        let at = first.y + own.muscle;
-        if any(p_rest < muscles[at].lowest.xyz) || any(p_rest > muscles[at].highest.xyz) {
+        let muscle = widened(muscles[first.y + own.muscle]);
+        if any(p_rest < muscle.lowest.xyz) || any(p_rest > muscle.highest.xyz) {
             continue;
         }
-        let sample = muscle_evaluate(muscles[at], first.z, p_rest);
+        let sample = muscle_evaluate(muscle, first.z, p_rest);
         if sample.value > 0.0 {
             let gradient = math_transpose_vector(inverse, sample.gradient);
-            found = pull_with(found, Pull(sample.value, gradient, own.weight, muscles[at].support_radius * scale));
+            let turned = math_transpose_vector(inverse, own.inward.xyz);
+            let inward = turned / sqrt(math_dot(turned, turned));
+            found = pull_with(found, Pull(sample.value, gradient, inward, own.weight, muscle.support_radius * scale));
         }
     }
     return found;
@@ -92,25 +129,30 @@ fn main(
     let first = instance * vec3<u32>(params.joint_count, params.muscle_count, params.point_count);
     var p = start.xyz;
     var found = pull(goal, first, p);
-    let hold = math_smoothstep(found.value / (HOLD * goal.iso));
+    var hold = math_smoothstep((found.value / goal.iso - LEFT) / (HELD - LEFT));
+    // What has come out of a muscle's back cannot be drawn to it.
+    if found.value < goal.iso {
+        hold *= pull_facing(found);
+    }
+    let gap = abs(found.value - goal.iso);
     var longest = LONGEST * found.reach;
     var before = 0.0;
     for (var k = 0u; k < STEPS; k++) {
         let gap = found.value - goal.iso;
-        let squared = math_dot(found.gradient, found.gradient);
-        if abs(gap) < TOLERANCE || squared < LEAST_SLOPE_SQUARED {
+        if abs(gap) < TOLERANCE || found.value <= 0.0 {
             break;
         }
-        let length = sqrt(squared);
-        let wanted = -gap / length;
+        let wanted = -gap / max(sqrt(math_dot(found.gradient, found.gradient)), LEAST_SLOPE);
         // A step back over the surface halves the longest one.
         if wanted * before < 0.0 {
             longest = 0.5 * abs(before);
         }
         before = clamp(wanted, -longest, longest);
-        p += found.gradient / length * before;
+        p += pull_direction(found) * before;
         found = pull(goal, first, p);
     }
-    let moved = start.xyz + (p - start.xyz) * (found.weight * hold);
+    // Who cannot get there stays.
+    let arrived = 1.0 - min(abs(found.value - goal.iso) / max(gap, TOLERANCE), 1.0);
+    let moved = start.xyz + (p - start.xyz) * (found.weight * hold * arrived);
     displaced[index] = select(vec4<f32>(moved, 1.0), start, math_not_finite(math_dot(moved, moved)));
 }

@@ -2,7 +2,7 @@
 
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
-    field::muscle::{AxisPoint, MuscleFrame, MuscleWeight},
+    field::muscle::{self, AxisPoint, MuscleFrame, MuscleWeight},
     rig::{JointFrame, NO_JOINT, WeightTarget},
     schedule::KernelId,
     skinning::{self, WeightedParams},
@@ -28,9 +28,12 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("STEPS", skinning::STEPS as f64),
         ("TOLERANCE", skinning::TOLERANCE as f64),
         ("LONGEST", skinning::LONGEST as f64),
-        ("LEAST_SLOPE_SQUARED", skinning::LEAST_SLOPE_SQUARED as f64),
-        ("HOLD", skinning::HOLD as f64),
+        ("LEAST_SLOPE", skinning::LEAST_SLOPE as f64),
+        ("HELD", skinning::HELD as f64),
+        ("LEFT", skinning::LEFT as f64),
         ("NO_JOINT", NO_JOINT as f64),
+        ("FACING", muscle::FACING as f64),
+        ("WIDENED", muscle::WIDENED as f64),
     ],
     switches: &[],
     bindings: BINDINGS,

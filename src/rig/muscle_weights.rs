@@ -3,7 +3,7 @@
 use super::Rig;
 use crate::{
     error::WeightError,
-    field::muscle::{AxisPoint, MuscleFrame, MuscleWeight, evaluate, pull},
+    field::muscle::{AxisPoint, MuscleFrame, MuscleWeight, evaluate, pull, widened},
     math::smoothstep,
 };
 use glam::{Mat4, Vec4Swizzles};
@@ -44,8 +44,8 @@ pub struct MuscleWeights {
     pub weights: Vec<MuscleWeight>,
 }
 
-/// Field of a muscle at rest from which it takes the skin with it wholly: reached at a quarter of its support radius outside
-/// it, where most of what lies over a muscle is.
+/// Field of a muscle at rest from which it takes the skin with it wholly: that at a quarter of its support outside its surface,
+/// where most of what lies over a muscle is.
 const WHOLE: f32 = 0.25;
 /// Weights below this are left out.
 const LEAST: f32 = 1e-3;
@@ -85,29 +85,20 @@ impl MuscleWeights {
 /// A vertex's weights, and the value of their muscles' union at rest.
 fn of_vertex(rig: &Rig, muscles: &[MuscleFrame], axes: &[AxisPoint], v: usize) -> (f32, Vec<MuscleWeight>) {
     let p = rig.positions_rest[v].xyz();
-    let weight = |m: usize| {
-        let value = match muscles[m].reaches(p) {
-            true => evaluate(&muscles[m], muscles[m].points(axes), p).value,
-            // Far from a muscle, no paint makes it move the skin.
-            false => 0.0,
-        };
-        if value <= 0.0 {
-            return 0.0;
-        }
-        let painted = rig
-            .character
-            .painted
-            .iter()
-            .find(|painted| painted.muscle == rig.spec_of[m] && painted.vertices.contains(&(v as u32)));
-        match painted {
+    let weight = |m: usize| -> Option<MuscleWeight> {
+        let muscle = widened(&muscles[m]);
+        // Where a muscle has no field, no paint makes it move the skin.
+        let sample = muscle.reaches(p).then(|| evaluate(&muscle, muscle.points(axes), p)).filter(|s| s.value > 0.0)?;
+        let own = |painted: &&PaintedMuscle| painted.muscle == rig.spec_of[m] && painted.vertices.contains(&(v as u32));
+        let weight = match rig.character.painted.iter().find(own) {
             Some(painted) => painted.weights[v - painted.vertices.start as usize],
-            None => smoothstep(value / WHOLE) * moved_share(rig, rig.muscles[m].group, v),
-        }
+            None => smoothstep(sample.value / WHOLE) * moved_share(rig, rig.muscles[m].group, v),
+        };
+        let inward = sample.gradient.normalize_or_zero().extend(0.0);
+        let (muscle, joint) = (m as u32, rig.muscles[m].joint);
+        (weight >= LEAST).then_some(MuscleWeight { inward, muscle, joint, weight, pad_0: 0 })
     };
-    let weights: Vec<MuscleWeight> = (0..muscles.len())
-        .map(|m| MuscleWeight { muscle: m as u32, joint: rig.muscles[m].joint, weight: weight(m), pad_0: 0 })
-        .filter(|own| own.weight >= LEAST)
-        .collect();
+    let weights: Vec<MuscleWeight> = (0..muscles.len()).filter_map(weight).collect();
     let iso = pull(muscles, axes, &weights, |_| (Mat4::IDENTITY, 1.0), p).sample.value;
     (iso, weights)
 }

@@ -54,11 +54,14 @@ pub(crate) const STEPS: u32 = 16;
 pub(crate) const TOLERANCE: f32 = 1e-5;
 /// Longest step, in support radii.
 pub(crate) const LONGEST: f32 = 0.25;
-/// Squared slope, per square metre, below which the field has no direction.
-pub(crate) const LEAST_SLOPE_SQUARED: f32 = 1e-5;
-/// Share of its rest iso-value below which the field where a vertex starts lets go of it, smoothly to nothing: otherwise it
-/// would leap to the muscle, or back, on the border of its support.
-pub(crate) const HOLD: f32 = 0.2;
+/// Slope, per metre, that the field has at least where a step's length is asked: it has none on a muscle's axis.
+pub(crate) const LEAST_SLOPE: f32 = 1e-3;
+/// Share of its rest iso-value from which the field where a vertex starts draws it wholly, and that up to which not at all. Skin
+/// sinks a little where a muscle leaves it; what the muscle has left for good stays, since nothing else would stop it from
+/// sinking to the bone.
+pub(crate) const HELD: f32 = 0.8;
+/// See [`HELD`].
+pub(crate) const LEFT: f32 = 0.3;
 
 /// From where it was skinned, every vertex goes along the gradient of its muscles' union to the value that this has at rest, and
 /// then back to the share of the way that the weights say. Twin of `skin_weighted`.
@@ -81,7 +84,12 @@ fn weighted_vertex(input: &WeightedInput, vertex: usize) -> Vec4 {
     let at = |p: Vec3| pull(input.muscles, input.axes, weights, to_rest, p);
     let mut p = start.xyz();
     let mut found = at(p);
-    let hold = smoothstep(found.sample.value / (HOLD * target.iso));
+    let mut hold = smoothstep((found.sample.value / target.iso - LEFT) / (HELD - LEFT));
+    // What has come out of a muscle's back cannot be drawn to it.
+    if found.sample.value < target.iso {
+        hold *= found.facing();
+    }
+    let gap = (found.sample.value - target.iso).abs();
     let mut longest = LONGEST * found.reach;
     let mut before = 0.0;
     for _ in 0..STEPS {
@@ -90,24 +98,25 @@ fn weighted_vertex(input: &WeightedInput, vertex: usize) -> Vec4 {
         before = step.0;
         found = at(p);
     }
-    let moved = start.xyz() + (p - start.xyz()) * (found.weight * hold);
+    // Who cannot get there stays: beside a thin end there may be no way in on which the value is reached.
+    let arrived = 1.0 - ((found.sample.value - target.iso).abs() / gap.max(TOLERANCE)).min(1.0);
+    let moved = start.xyz() + (p - start.xyz()) * (found.weight * hold * arrived);
     if super::is_finite(moved) { moved.extend(1.0) } else { start }
 }
 
-/// How far to go, metres, and the direction inward; none where the point has arrived or the field has no direction.
+/// How far to go, metres, and the direction inward; none where the point has arrived or left the field.
 ///
 /// A step back over the surface halves the longest one, so that steps cannot go to and fro.
 #[inline]
 fn step(found: &Pull, iso: f32, before: f32, longest: &mut f32) -> Option<(f32, Vec3)> {
     let gap = found.sample.value - iso;
-    let squared = found.sample.gradient.dot(found.sample.gradient);
-    if gap.abs() < TOLERANCE || squared < LEAST_SLOPE_SQUARED {
+    if gap.abs() < TOLERANCE || found.sample.value <= 0.0 {
         return None;
     }
-    let length = squared.sqrt();
-    let wanted = -gap / length;
+    let gradient = found.sample.gradient;
+    let wanted = -gap / gradient.dot(gradient).sqrt().max(LEAST_SLOPE);
     if wanted * before < 0.0 {
         *longest = 0.5 * before.abs();
     }
-    Some((wanted.clamp(-*longest, *longest), found.sample.gradient / length))
+    Some((wanted.clamp(-*longest, *longest), found.direction()))
 }

@@ -16,7 +16,9 @@ pub use evaluate::{Projection, evaluate, project};
 pub use lanes::{Instructions, POINTS_PER_THREAD, UnionInput, UnionParams, union, union_with};
 pub use profile::Profile;
 pub use volume::volume;
-pub use weighted::{MuscleWeight, Pull, pull};
+#[cfg(feature = "gpu")]
+pub(crate) use weighted::{FACING, WIDENED};
+pub use weighted::{MuscleWeight, Pull, pull, widened};
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 

@@ -3,13 +3,15 @@
 use super::{AxisPoint, MuscleFrame, evaluate};
 use crate::{
     field::{Sample, compose::clean_union_values},
-    math::{cube_root, transform_point, transpose_vector},
+    math::{cube_root, smoothstep, transform_point, transpose_vector},
 };
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec3, Vec4, Vec4Swizzles};
 
 crate::gpu_struct! {
     /// How far one muscle takes one vertex with it.
     pub struct MuscleWeight {
+        /// Direction of the muscle's gradient at the vertex at rest; `w` unused.
+        pub inward: Vec4,
         /// Index of the muscle.
         pub muscle: u32,
         /// Joint in whose scene space at rest the muscle is shaped.
@@ -21,12 +23,31 @@ crate::gpu_struct! {
     }
 }
 
+/// Support of a muscle over that which it has among other fields. The skin has no field of its own here to carry on where a
+/// muscle's ends: the wider support hands it over from muscle to skin on a band that is wider than muscles bulge.
+pub(crate) const WIDENED: f32 = 2.5;
+
+/// A muscle with the same surface and [`WIDENED`] support.
+#[inline]
+pub fn widened(muscle: &MuscleFrame) -> MuscleFrame {
+    let more = (WIDENED - 1.0) * muscle.support_radius;
+    let reach = muscle.lowest.w.sqrt() + more;
+    MuscleFrame {
+        support_radius: muscle.support_radius + more,
+        lowest: (muscle.lowest.xyz() - more).extend(reach * reach),
+        highest: (muscle.highest.xyz() + more).extend(0.0),
+        ..*muscle
+    }
+}
+
 /// What the muscles of a vertex make of one point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pull {
     /// Clean union of the muscles' fields, its gradient in posed scene space.
     pub sample: Sample,
-    /// The weights' mean by how much of the union each muscle is, 0..=1.
+    /// Where the gradients of the rest pose have turned with the muscles, their mean by how much of the union each muscle is.
+    pub inward: Vec3,
+    /// The weights' mean likewise, 0..=1.
     pub weight: f32,
     /// Support radius, posed, of the muscle with the largest field, metres.
     pub reach: f32,
@@ -42,6 +63,7 @@ impl Pull {
         let share = if sum > 0.0 { by_small / sum } else { 0.0 };
         Pull {
             sample: Sample { value, gradient: big.sample.gradient * by_big + small.sample.gradient * by_small },
+            inward: big.inward + (small.inward - big.inward) * share,
             weight: big.weight + (small.weight - big.weight) * share,
             reach: big.reach,
         }
@@ -69,18 +91,47 @@ pub fn pull(
             scale = cube_root(volume.abs());
             p_rest = transform_point(&inverse, p_posed);
         }
-        let muscle = &muscles[own.muscle as usize];
+        let muscle = widened(&muscles[own.muscle as usize]);
         if !muscle.reaches(p_rest) {
             continue;
         }
-        let sample = evaluate(muscle, muscle.points(axes), p_rest);
+        let sample = evaluate(&muscle, muscle.points(axes), p_rest);
         if sample.value > 0.0 {
             let gradient = transpose_vector(&inverse, sample.gradient);
+            let turned = transpose_vector(&inverse, own.inward.xyz());
+            let inward = turned / turned.dot(turned).sqrt();
             let reach = muscle.support_radius * scale;
-            found = found.with(Pull { sample: Sample { gradient, ..sample }, weight: own.weight, reach });
+            found = found.with(Pull { sample: Sample { gradient, ..sample }, inward, weight: own.weight, reach });
         }
     }
     found
+}
+
+/// Cosine between the union's gradient and the direction inward at rest from which the gradient alone leads.
+pub(crate) const FACING: f32 = 0.5;
+
+impl Pull {
+    /// The way inward, a unit vector: along the gradient where this leads the way that it did at rest. Geometric skinning may have
+    /// taken the point to the axis or past it, from where the gradient leads out of the muscle's back; there the direction of
+    /// the rest pose stands for it.
+    #[inline]
+    pub fn direction(&self) -> Vec3 {
+        let squared = self.sample.gradient.dot(self.sample.gradient);
+        if squared <= 0.0 {
+            return self.inward / self.inward.dot(self.inward).sqrt();
+        }
+        let unit = self.sample.gradient / squared.sqrt();
+        let facing = smoothstep(unit.dot(self.inward) / FACING);
+        let blend = self.inward * (1.0 - facing) + unit * facing;
+        blend / blend.dot(blend).sqrt()
+    }
+
+    /// How far the gradient leads the way that it did at rest, 0..=1.
+    #[inline]
+    pub fn facing(&self) -> f32 {
+        let squared = self.sample.gradient.dot(self.sample.gradient);
+        if squared > 0.0 { smoothstep(self.sample.gradient.dot(self.inward) / (squared.sqrt() * FACING)) } else { 0.0 }
+    }
 }
 
 #[cfg(test)]
@@ -88,7 +139,7 @@ mod tests {
     use super::*;
 
     fn of(value: f32, weight: f32) -> Pull {
-        Pull { sample: Sample { value, gradient: Vec3::X }, weight, reach: 1.0 }
+        Pull { sample: Sample { value, gradient: Vec3::X }, inward: Vec3::X, weight, reach: 1.0 }
     }
 
     #[test]
