@@ -12,7 +12,7 @@ use sinew::{
 };
 use std::sync::Arc;
 
-const MODES: [Skinning; 3] = [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion];
+const MODES: [Skinning; 4] = [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion, Skinning::Weighted];
 
 fn instance(gpu: &Gpu, rig: &Arc<Rig>) -> Instance {
     let buffers = Arc::new(RigBuffers::upload(&gpu.device, Arc::clone(rig)).expect("buffers"));
@@ -53,7 +53,9 @@ fn every_stage_of_the_limb_agrees_in_every_mode() {
             assert!(failed(&stages).is_empty(), "{skinning:?} at {degrees}: {:#?}", failed(&stages));
             let names: Vec<_> = stages.iter().map(|s| s.stage).collect();
             let marches = skinning == Skinning::Implicit;
-            assert_eq!(names.contains(&"tracked") && names.contains(&"muscles"), marches, "{names:?}");
+            assert_eq!(names.contains(&"tracked"), marches, "{names:?}");
+            assert_eq!(names.contains(&"muscles"), skinning.follows_muscles(), "{names:?}");
+            assert_eq!(names.contains(&"displaced"), skinning == Skinning::Weighted, "{names:?}");
             assert_eq!(stages[0].items == 0, marches, "a tracked skin is not skinned");
         }
     }

@@ -25,6 +25,7 @@ mod repo;
 mod skin;
 mod skin_dual_quaternion;
 mod skin_linear;
+mod skin_weighted;
 mod support;
 mod track_carry;
 mod track_fixtures;

@@ -233,3 +233,16 @@ fn a_sequence_that_fails_halfway_takes_its_files_back() {
     assert!(refusal(&output, 3).contains("frame_0003.obj"));
     assert_eq!(names(&out), ["frame_0003.obj"]);
 }
+
+#[test]
+fn weighted_skinning_needs_muscles() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut bake = sinew();
+    bake.args(["bake", "--device", "cpu", "--skinning", "weighted", "--frames", "0"]).arg(asset("arm.glb"));
+    bake.arg("-o").arg(folder.path().join("out.pc2"));
+    let line = refusal(&bake.output().expect("runs"), 3);
+    assert!(line.contains("needs muscles") && line.contains("give a muscle file"), "{line}");
+    assert!(names(folder.path()).is_empty());
+    let baked = bake.arg("--muscles").arg(asset("arm.muscles.toml")).output().expect("runs");
+    assert!(baked.status.success() && !names(folder.path()).is_empty(), "{baked:?}");
+}

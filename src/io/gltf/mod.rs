@@ -1,6 +1,7 @@
 //! Reads a rigged character from glTF 2.0: `.glb`, or `.gltf` with data URIs or files beside it.
 //!
-//! What is read: skinned and rigid triangle meshes of the default scene with every `JOINTS_n`/`WEIGHTS_n` set, skins,
+//! What is read: skinned and rigid triangle meshes of the default scene with every `JOINTS_n`/`WEIGHTS_n` set, skins, painted muscle weights (`_MUSCLE_n`, one float from 0 to 1 per vertex, for
+//! muscle n of the muscle file, counted from 0),
 //! base colours and their textures, animations of translation, rotation and scale, and keys of muscles through
 //! `KHR_animation_pointer` and the extension `SINEW_muscles`. Everything else in the file is set aside before it is looked at, so that it cannot make the file unreadable; what was odd but accepted is
 //! listed in [`Scene::notes`].

@@ -215,3 +215,31 @@ fn skins_that_share_a_joint_share_it_unless_they_bind_it_differently() {
     // The skinned node's own transform is ignored.
     assert_eq!(character.positions_rest[4], Vec3::ZERO);
 }
+
+#[test]
+fn painted_muscle_weights_are_read_part_by_part() {
+    let mut glb = Glb::square();
+    let weights = glb.accessor(F32, "SCALAR", &floats(&[0.0, 0.25, 1.0005, -0.0005]));
+    let bytes = glb.normalised(U8, "SCALAR", &[255, 0, 51, 0]);
+    glb.attributes()["_MUSCLE_2"] = json!(weights);
+    glb.attributes()["_MUSCLE_0"] = json!(bytes);
+    glb.attributes()["_MUSCLE_x"] = json!(weights);
+    let painted = glb.read().unwrap().character.painted;
+    assert_eq!(painted.iter().map(|p| (p.muscle, p.vertices.clone())).collect::<Vec<_>>(), [(0, 0..4), (2, 0..4)]);
+    assert_eq!(
+        (&painted[0].weights[..], &painted[1].weights[..]),
+        (&[1.0, 0.0, 0.2, 0.0][..], &[0.0, 0.25, 1.0, 0.0][..])
+    );
+    assert_eq!(Glb::square().read().unwrap().character.painted, []);
+    let cases = [
+        ([0.0, f32::NAN, 0.0, 0.0].to_vec(), "_MUSCLE_1 of vertex 1 is not a finite number"),
+        ([0.0, 0.0, 0.0, 1.5].to_vec(), "_MUSCLE_1 of vertex 3 is 1.5"),
+        (vec![0.5; 3], "_MUSCLE_1 has 3 elements and POSITION has 4"),
+    ];
+    for (weights, expected) in cases {
+        let mut glb = Glb::square();
+        let weights = glb.accessor(F32, "SCALAR", &floats(&weights));
+        glb.attributes()["_MUSCLE_1"] = json!(weights);
+        assert!(glb.refusal().contains(expected), "{}", glb.refusal());
+    }
+}
