@@ -62,6 +62,24 @@ fn every_stage_of_the_limb_agrees_in_every_mode() {
 }
 
 #[test]
+fn leaps_of_many_sub_poses_agree() {
+    let Some(gpu) = gpu() else { return };
+    let rig = Arc::new(Rig::build(crate::support::limb(40), &[], &BuildOptions::default()).expect("a limb"));
+    let options = FrameOptions::default();
+    for degrees in [36.0, 60.0, 80.0, 100.0, 120.0] {
+        let mut instance = instance(&gpu, &rig);
+        let result = played(&gpu, &mut instance, &bent(degrees), &options);
+        let stages = |degrees: f32| {
+            let trace = Reference::new(&rig).frame(&bent(degrees), &options).expect("pose");
+            parity::compare(&result, CpuResult(&trace), rig.character.height_rest())
+        };
+        assert!(instance.batch().steps().iter().any(|step| step.sub_pose > 2), "{degrees} in many sub-poses");
+        assert!(failed(&stages(degrees)).is_empty(), "{degrees}: {:#?}", failed(&stages(degrees)));
+        assert!(failed(&stages(degrees + 0.1)).iter().any(|s| s.stage == "tracked"), "another leap from {degrees}");
+    }
+}
+
+#[test]
 fn another_pose_fails_every_stage() {
     let Some(gpu) = gpu() else { return };
     let rig = Arc::new(limb_rig(40));

@@ -245,8 +245,9 @@ pub fn data() -> Option<std::path::PathBuf> {
     folder
 }
 
-/// Lets the reference's skin go on from the device's. A fold magnifies rounding errors from sub-pose to sub-pose, since
-/// the tracker remembers which way a ridge sent a vertex; figures are to be those of one frame.
+/// Lets the reference's skin go on from the device's. The limb's straight muscle leaves the limb as it bends: vertices between
+/// the two stand in a valley of the field, whose bottom has no direction, and rounding decides their side of it; a nudge of
+/// 1e-7 m moves them by millimetres on either device. Figures are to be those of one frame.
 pub fn join(motion: &mut Motion, result: &GpuResult) {
     if let Some(skin) = &mut motion.skin {
         skin.positions.clone_from(&result.tracked);
