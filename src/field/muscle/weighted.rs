@@ -23,11 +23,11 @@ crate::gpu_struct! {
     }
 }
 
-/// Support of a muscle over that which it has among other fields. The skin has no field of its own here to carry on where a
-/// muscle's ends: the wider support hands it over from muscle to skin on a band that is wider than muscles bulge.
+/// Support of a muscle over that which it has among other fields.
 pub(crate) const WIDENED: f32 = 2.5;
 
-/// A muscle with the same surface and [`WIDENED`] support.
+/// A muscle with the same surface and two and a half times the support: wider than most muscles bulge, so that the skin, which has no
+/// field of its own here, is handed over smoothly.
 #[inline]
 pub fn widened(muscle: &MuscleFrame) -> MuscleFrame {
     let more = (WIDENED - 1.0) * muscle.support_radius;
