@@ -76,7 +76,8 @@ pub struct Compute {
 /// Which frames.
 #[derive(Debug, Group)]
 pub struct Motion {
-    /// Animation by name or number; rest is the bind pose, default the file's own pose [default: the first animation]
+    /// Animation by name or number; rest is the bind pose, default the file's own pose; test:elbow, test:knee, test:shoulder,
+    /// test:squat and test:finger are made by code [default: the first animation]
     #[arg(long, value_name = "NAME|INDEX|rest|default")]
     pub clip: Option<String>,
     /// Inclusive range of frames, or one frame [default: the whole clip]
@@ -140,7 +141,8 @@ pub struct Inspect {
     /// The frame; the clip is played up to it on the CPU reference [default with --schedule: 1]
     #[arg(long, value_name = "K", requires = "frame-of")]
     pub frame: Option<u32>,
-    /// Animation by name or number; rest is the bind pose, default the file's own pose [default: the first animation]
+    /// Animation by name or number; rest is the bind pose, default the file's own pose; test:elbow, test:knee, test:shoulder,
+    /// test:squat and test:finger are made by code [default: the first animation]
     #[arg(long, value_name = "NAME|INDEX|rest|default", requires = "frame-of")]
     pub clip: Option<String>,
     /// Frames per second

@@ -187,6 +187,7 @@ pub fn clip_name(scene: &Scene, clip: ClipChoice) -> String {
             Some(clip) => format!("clip `{}`", clip.name),
             None => format!("clip {index}"),
         },
+        ClipChoice::Test(clip) => format!("clip `{}`", clip.name()),
     }
 }
 

@@ -11,6 +11,7 @@ pub mod groups;
 pub mod muscle;
 pub mod muscle_file;
 mod nearest;
+pub mod roles;
 mod skin_graph;
 mod targets;
 mod topology;
