@@ -16,6 +16,7 @@ struct Edited {
     updated: Vec<String>,
     bones: Vec<String>,
     joints: Vec<String>,
+    groups: Vec<String>,
     alone: Vec<String>,
 }
 
@@ -42,6 +43,7 @@ fn mirror(args: &MusclesMirror) -> Result<(), Failure> {
         updated: done.updated,
         bones: done.bones,
         joints: done.joints,
+        groups: done.groups,
         alone: done.alone,
     };
     print::result(args.json, &edited, text)

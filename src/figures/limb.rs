@@ -4,8 +4,9 @@ use crate::error::FigureError;
 use crate::math::polar;
 use crate::normals::Creases;
 use crate::reference::{Motion, Reference};
-use crate::rig::groups::BodyPart;
-use crate::rig::{Pose, Rig};
+use crate::rig::groups::{BodyPart, GroupSpec};
+use crate::rig::roles::{LimbRoles, Roles};
+use crate::rig::{BuildOptions, Character, Pose, Rig};
 use crate::schedule::{FrameOptions, Skinning};
 use glam::{Mat4, Quat, Vec3, Vec4, Vec4Swizzles};
 use std::sync::Arc;
@@ -14,6 +15,8 @@ use std::sync::Arc;
 const TELLING_BEND: f32 = 0.15;
 /// Turn in a pose from which that does.
 const TELLING_TURN: f32 = 0.15;
+/// Share of a finger's middle bend that its last joint bends by.
+const LAST_BEND: f32 = 0.6;
 /// Steps in which the tracked skin is led to a pose, degrees.
 const STEP_DEGREES: f32 = 5.0;
 
@@ -32,8 +35,12 @@ pub struct Limb {
     pub origin: Vec3,
     /// Unit vector about which it closes, at rest.
     pub axis: Vec3,
+    /// Unit vector along the axis, to the side from which nothing else stands before the hinge.
+    pub outside: Vec3,
     /// Angle between the two bones at rest, radians; 0 is straight.
     rest: f32,
+    /// A hinge farther out that bends along, about the same axis: its joint and where it is, metres at rest.
+    further: Option<(u32, Vec3)>,
 }
 
 /// A skin in one pose.
@@ -80,6 +87,8 @@ impl Limb {
             let turns = poses.iter().filter_map(turn).filter(|(_, angle)| *angle > TELLING_TURN);
             turns.max_by(|a, b| a.1.total_cmp(&b.1))?.0
         };
+        let places = &rig.character.positions_rest;
+        let middle = places.iter().sum::<Vec3>() / places.len().max(1) as f32;
         Some(Limb {
             rig: Arc::clone(rig),
             part: groups[fold.child as usize].part,
@@ -87,23 +96,66 @@ impl Limb {
             group: fold.child,
             origin: swing.origin,
             axis,
+            outside: if (swing.origin - middle).dot(axis) < 0.0 { -axis } else { axis },
             rest,
+            further: None,
         })
+    }
+
+    /// Whether a character has fingers to bend.
+    pub fn has_finger(character: &Character) -> bool {
+        pointer(&Roles::find(character), character).is_some()
+    }
+
+    /// The finger of a character that is nearest to its thumb, with a field for each of its bones; `None` where it has no
+    /// fingers.
+    ///
+    /// # Errors
+    /// [`FigureError`] where the fields cannot be fitted.
+    pub fn finger(character: &Character) -> Result<Option<Limb>, FigureError> {
+        let roles = Roles::find(character);
+        let Some((hand, digit)) = pointer(&roles, character) else { return Ok(None) };
+        let place = |j: u32| place(character, j);
+        let names = digit.iter().map(|&j| character.joints[j as usize].name.clone()).collect();
+        let fingers = GroupSpec { name: "finger".into(), joints: names, separate: true, passive: None };
+        let options = BuildOptions { groups: vec![fingers], ..BuildOptions::default() };
+        let rig = Arc::new(Rig::build(character.clone(), &[], &options)?);
+        let Some(curl) = hand.curl(roles.axes.as_ref(), place) else { return Ok(None) };
+        let [knuckle, middle, last] = [0, 1, 2].map(|k| place(digit[k]));
+        let (first, second) = (middle - knuckle, last - middle);
+        let Some(axis) = curl.reject_from(first).try_normalize() else { return Ok(None) };
+        let others: Vec<Vec3> = hand.digits.iter().map(|digit| place(digit[0])).collect();
+        let among = others.iter().sum::<Vec3>() / others.len().max(1) as f32;
+        Ok(Some(Limb {
+            part: Some(BodyPart::Hand),
+            joint: digit[1],
+            group: rig.groups.group_of_joint[digit[1] as usize],
+            origin: middle,
+            axis,
+            outside: if (knuckle - among).dot(axis) < 0.0 { -axis } else { axis },
+            rest: first.cross(second).dot(axis).atan2(first.dot(second)),
+            further: Some((digit[2], last)),
+            rig,
+        }))
     }
 
     /// The pose in which its two bones are `degrees` out of line, everything else at rest.
     pub fn bent(&self, degrees: f32) -> Pose {
         let character = &self.rig.character;
-        let rotation = Quat::from_axis_angle(self.axis, degrees.to_radians() - self.rest);
-        let turn =
-            Mat4::from_translation(self.origin) * Mat4::from_quat(rotation) * Mat4::from_translation(-self.origin);
+        let turn = |origin: Vec3, angle: f32| {
+            let rotation = Mat4::from_quat(Quat::from_axis_angle(self.axis, angle));
+            Mat4::from_translation(origin) * rotation * Mat4::from_translation(-origin)
+        };
+        let angle = degrees.to_radians() - self.rest;
         let mut pose = Pose::rest(character);
-        let mut turns = vec![false; character.joints.len()];
         for (j, joint) in character.joints.iter().enumerate() {
-            turns[j] = j == self.joint as usize || joint.parent.is_some_and(|p| turns[p as usize]);
-            if turns[j] {
-                pose.palette[j] = turn;
-            }
+            let above = joint.parent.map_or(Mat4::IDENTITY, |p| pose.palette[p as usize]);
+            let own = |hinge: u32| hinge as usize == j;
+            pose.palette[j] = match self.further {
+                _ if own(self.joint) => above * turn(self.origin, angle),
+                Some((last, origin)) if own(last) => above * turn(origin, LAST_BEND * angle),
+                _ => above,
+            };
         }
         pose
     }
@@ -171,6 +223,20 @@ impl Limb {
     }
 }
 
+fn place(character: &Character, joint: u32) -> Vec3 {
+    character.joints[joint as usize].bind().w_axis.truncate()
+}
+
+/// The finger of three joints that ends nearest to the thumb, with its arm.
+fn pointer<'a>(roles: &'a Roles, character: &Character) -> Option<(&'a LimbRoles, &'a Vec<u32>)> {
+    let hand = roles.arms.iter().find(|arm| arm.digits.iter().any(|digit| digit.len() > 2))?;
+    let tip = |digit: &Vec<u32>| digit.last().map(|&joint| place(character, joint));
+    let thumb = hand.thumb.as_ref().and_then(tip).unwrap_or(hand.places[2]);
+    let far = |digit: &Vec<u32>| tip(digit).map_or(f32::INFINITY, |tip| tip.distance(thumb));
+    let fingers = hand.digits.iter().filter(|digit| digit.len() > 2);
+    Some((hand, fingers.min_by(|a, b| far(a).total_cmp(&far(b)))?))
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use super::super::motion::tests::arm;
@@ -194,6 +260,7 @@ pub(super) mod tests {
             assert!((bone.angle_between(straight).to_degrees() - degrees).abs() < 0.1, "{degrees}");
         }
         assert!(Limb::find(&limb.rig, BodyPart::Calf, &[]).is_none(), "an arm has no knee");
+        assert!(!Limb::has_finger(&limb.rig.character), "nor fingers");
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub use character::{Character, Image, Influence, Joint, Key, Keyed, Material, Pa
 pub use drive::{Drives, Effort, MuscleParameters, ShapeBlend};
 pub use fold_patch::{FoldPatch, FoldTriangle};
 pub use frame::{FrameInputs, JointFrame, group_frames};
-pub use groups::FieldGroups;
+pub use groups::{FieldGroups, GroupSpec};
 pub use muscle::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
 pub use skin_graph::{SkinEdge, SkinGraph};
 pub use targets::{NO_JOINT, Reach, Role, Targets, Unheld, VertexTarget};
