@@ -291,11 +291,11 @@ pub struct Figures {
     /// Folder for figure_2.png and so on
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
-    /// Only these figures, T3 for the table, IS-elbow and IS-knee for Implicit Skinning's folds; 4, 5, 6, 8, 9, 10, 12, 13, A16 and T3 need
-    /// no adapter [default: all, IS-knee with --limb]
+    /// Only these figures, T3 for the table, IS-elbow, IS-knee and IS-finger for Implicit Skinning's folds; 4, 5, 6, 8, 9, 10, 12, 13, A16
+    /// and T3 need no adapter [default: all, IS-knee with --limb, IS-finger where the character has fingers]
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     pub only: Vec<Figure>,
-    /// The character whose elbow and knee are bent [default: the built-in arm]
+    /// The character whose elbow, knee and finger are bent [default: the built-in arm]
     #[arg(long, value_name = "IN")]
     pub limb: Option<PathBuf>,
     #[command(flatten)]

@@ -58,10 +58,10 @@ fn copy(args: &MusclesCopy) -> Result<(), Failure> {
     let to: Vec<&str> = args.to.iter().map(String::as_str).collect();
     document.copy(&args.from, &to, &settings).map_err(Failure::input)?;
     write(&args.output, &document)?;
-    let (added, bones, joints, alone) = Default::default();
+    let (added, bones, joints, groups, alone) = Default::default();
     print::result(
         args.json,
-        &Edited { output: args.output.clone(), added, updated: args.to.clone(), bones, joints, alone },
+        &Edited { output: args.output.clone(), added, updated: args.to.clone(), bones, joints, groups, alone },
         text,
     )
 }
@@ -78,6 +78,7 @@ fn text(edited: &Edited) -> String {
         ("updated", &edited.updated),
         ("bone shapes", &edited.bones),
         ("joint operators", &edited.joints),
+        ("field groups", &edited.groups),
         ("without a partner", &edited.alone),
     ];
     let lines = counts.iter().filter(|(_, names)| !names.is_empty());

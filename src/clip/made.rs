@@ -14,6 +14,8 @@ const SWEEP: f32 = 15.0;
 const HINGE_END: f32 = 140.0;
 /// Angle between the raised arm and straight down, degrees.
 const RAISED: f32 = 165.0;
+/// Share of it that clavicles do.
+const GIRDLE_SHARE: f32 = 0.25;
 /// Turns of a finger's joints at the end, degrees, from the knuckle on.
 const CURL: [f32; 3] = [80.0, 100.0, 65.0];
 /// The squat: seconds down and up again, and degrees at its deepest: thigh from upright, knee, trunk.
@@ -27,7 +29,7 @@ pub enum TestClip {
     Elbow,
     /// All knees from straight to 140 degrees, at the same rate.
     Knee,
-    /// The arms raised sideways from rest, at the same rate.
+    /// The arms raised sideways from rest, with the clavicles, at the same rate.
     Shoulder,
     /// Down and up again in four seconds, on its feet.
     Squat,
@@ -169,7 +171,7 @@ impl Made {
         match clip {
             TestClip::Elbow => swept(&roles.arms, NO_ARM, NO_ELBOW, |arm| arm.elbow(roles.axes.as_ref())),
             TestClip::Knee => swept(&roles.legs, NO_LEG, NO_BODY, |leg| leg.knee(roles.axes.as_ref())),
-            TestClip::Shoulder => raised(roles),
+            TestClip::Shoulder => raised(roles, character),
             TestClip::Squat => squat(roles),
             TestClip::Finger => curled(roles, character),
         }
@@ -206,23 +208,25 @@ fn swept(
     if turns.is_empty() { Err(none) } else { Ok(Made::sweep(turns)) }
 }
 
-/// Arms from rest sideways and up.
-fn raised(roles: &Roles) -> Result<Made, &'static str> {
+/// Arms from rest sideways and up, with the clavicles.
+fn raised(roles: &Roles, character: &Character) -> Result<Made, &'static str> {
     let axes = roles.axes.ok_or(NO_BODY)?;
-    let turn = |arm: &LimbRoles| {
+    let mut turns = Vec::new();
+    for arm in &roles.arms {
         let out = if arm.side == Some(Side::Left) { axes.left } else { -axes.left };
-        let bone = (arm.places[1] - arm.places[0]).try_normalize()?;
-        let across = (-axes.up).cross(out);
-        let from = bone.dot(out).atan2(bone.dot(-axes.up)).to_degrees();
-        Some(Turn {
-            joint: arm.upper,
-            origin: arm.places[0],
-            axis: across,
+        let Some(bone) = (arm.places[1] - arm.places[0]).try_normalize() else { continue };
+        let degrees = RAISED - bone.dot(out).atan2(bone.dot(-axes.up)).to_degrees();
+        let turn = |joint: u32, origin: Vec3, share: f32| Turn {
+            joint,
+            origin,
+            axis: (-axes.up).cross(out),
             before: Quat::IDENTITY,
-            degrees: [0.0, RAISED - from],
-        })
-    };
-    let turns: Vec<Turn> = roles.arms.iter().filter_map(turn).collect();
+            degrees: [0.0, share * degrees],
+        };
+        let girdle = arm.girdle.map(|joint| turn(joint, place(character, joint), GIRDLE_SHARE));
+        turns.push(turn(arm.upper, arm.places[0], if girdle.is_some() { 1.0 - GIRDLE_SHARE } else { 1.0 }));
+        turns.extend(girdle);
+    }
     if turns.is_empty() { Err(NO_ARM) } else { Ok(Made::sweep(turns)) }
 }
 
@@ -254,7 +258,7 @@ fn squat(roles: &Roles) -> Result<Made, &'static str> {
 
 /// Fingers into the palm.
 fn curled(roles: &Roles, character: &Character) -> Result<Made, &'static str> {
-    let place = |j: u32| character.joints[j as usize].bind().w_axis.truncate();
+    let place = |j: u32| place(character, j);
     let mut turns = Vec::new();
     for hand in roles.arms.iter().filter(|arm| !arm.digits.is_empty()) {
         let Some(curl) = hand.curl(roles.axes.as_ref(), place) else { continue };
@@ -271,6 +275,11 @@ fn curled(roles: &Roles, character: &Character) -> Result<Made, &'static str> {
         }
     }
     if turns.is_empty() { Err(NO_FINGER) } else { Ok(Made::sweep(turns)) }
+}
+
+/// Where a joint is at rest, metres.
+fn place(character: &Character, joint: u32) -> Vec3 {
+    character.joints[joint as usize].bind().w_axis.truncate()
 }
 
 #[cfg(test)]

@@ -15,6 +15,9 @@ use std::sync::Arc;
 const TELLING_BEND: f32 = 0.15;
 /// Turn in a pose from which that does.
 const TELLING_TURN: f32 = 0.15;
+/// How far pictures of a hinge reach: in support radii of what is beyond it, and in lengths of a finger's first bone.
+const LIMB_REACH: f32 = 3.4;
+const FINGER_REACH: f32 = 1.7;
 /// Share of a finger's middle bend that its last joint bends by.
 const LAST_BEND: f32 = 0.6;
 /// Steps in which the tracked skin is led to a pose, degrees.
@@ -37,6 +40,8 @@ pub struct Limb {
     pub axis: Vec3,
     /// Unit vector along the axis, to the side from which nothing else stands before the hinge.
     pub outside: Vec3,
+    /// How far from the hinge what pictures of it hold reaches, metres.
+    reach: f32,
     /// Angle between the two bones at rest, radians; 0 is straight.
     rest: f32,
     /// A hinge farther out that bends along, about the same axis: its joint and where it is, metres at rest.
@@ -97,6 +102,7 @@ impl Limb {
             origin: swing.origin,
             axis,
             outside: if (swing.origin - middle).dot(axis) < 0.0 { -axis } else { axis },
+            reach: LIMB_REACH * rig.grids[fold.child as usize].support_radius,
             rest,
             further: None,
         })
@@ -133,6 +139,7 @@ impl Limb {
             origin: middle,
             axis,
             outside: if (knuckle - among).dot(axis) < 0.0 { -axis } else { axis },
+            reach: FINGER_REACH * first.length(),
             rest: first.cross(second).dot(axis).atan2(first.dot(second)),
             further: Some((digit[2], last)),
             rig,
@@ -183,9 +190,8 @@ impl Limb {
 
     /// Vertices near the hinge, which pictures of it hold.
     pub fn near(&self) -> Vec<usize> {
-        let reach = 3.4 * self.rig.grids[self.group as usize].support_radius;
         let rest = &self.rig.character.positions_rest;
-        (0..rest.len()).filter(|&v| rest[v].distance(self.origin) < reach).collect()
+        (0..rest.len()).filter(|&v| rest[v].distance(self.origin) < self.reach).collect()
     }
 
     /// What bending has done.
@@ -261,6 +267,46 @@ pub(super) mod tests {
         }
         assert!(Limb::find(&limb.rig, BodyPart::Calf, &[]).is_none(), "an arm has no knee");
         assert!(!Limb::has_finger(&limb.rig.character), "nor fingers");
+    }
+
+    #[test]
+    fn a_finger_with_fields_of_its_own_folds_better_than_linear_skinning() {
+        let Some(data) = std::env::var_os("SINEW_DATA").map(std::path::PathBuf::from) else {
+            println!("SINEW_DATA is not set: no finger is bent");
+            return;
+        };
+        let scene = crate::io::gltf::read(&data.join("humans/mh_male_athletic.glb")).expect("a human");
+        let finger = Limb::finger(&scene.character).expect("fields").expect("a finger");
+        let c = &finger.rig.character;
+        assert_eq!(c.joints[finger.joint as usize].name, "index_02_l");
+        let [knuckle, middle, last] = ["index_01_l", "index_02_l", "index_03_l"]
+            .map(|name| c.joints.iter().position(|j| j.name == name).expect("a joint"));
+        let bend = |pose: &Pose| {
+            let at = |moves: usize, j: usize| pose.palette[moves].transform_point3(place(c, j as u32));
+            let [a, b, c] = [at(knuckle, knuckle), at(middle, middle), at(middle, last)];
+            (b - a).angle_between(c - b).to_degrees()
+        };
+        // The axis lies across the first bone, and the second one is some degrees out of its plane.
+        assert!((bend(&finger.bent(80.0)) - 80.0).abs() < 3.0, "{}", bend(&finger.bent(80.0)));
+        let at = |limb: &Limb, skinning| limb.skins(skinning, &[110.0]).expect("skins").remove(0);
+        let [linear, ours] = [Skinning::Linear, Skinning::Implicit].map(|skinning| at(&finger, skinning));
+        let effects = [&linear, &ours].map(|skin| finger.effect(skin));
+        assert!(effects[1].areas[0] > 1.5 * effects[0].areas[0], "{effects:?}");
+        assert!(effects[1].crease < 0.9 * effects[0].crease, "{effects:?}");
+        // Without fields of its own the finger belongs to the hand, which follows linear skinning.
+        let rig = Arc::new(Rig::build(c.clone(), &[], &BuildOptions::default()).expect("a rig"));
+        let merged = Limb { rig, ..finger.clone() };
+        let same = at(&merged, Skinning::Implicit);
+        let far = |a: &Bent, b: &Bent| {
+            let near = finger.near().into_iter();
+            near.map(|v| a.positions[v].distance(b.positions[v])).fold(0.0, f32::max)
+        };
+        assert!(
+            far(&same, &linear) < 1e-6 && far(&ours, &linear) > 5e-4,
+            "{} {}",
+            far(&same, &linear),
+            far(&ours, &linear)
+        );
     }
 
     #[test]

@@ -43,6 +43,8 @@ pub struct BodyAxes {
 pub struct LimbRoles {
     /// Its side; `None` where there is no body to have sides.
     pub side: Option<Side>,
+    /// The joint that carries the limb beside the trunk, where there is one: a clavicle.
+    pub girdle: Option<u32>,
     /// The joint of the upper arm or the thigh.
     pub upper: u32,
     /// The joint of the forearm or the shin.
@@ -122,6 +124,7 @@ fn limb(tree: &Tree, root: u32) -> Option<LimbRoles> {
     let (digits, thumb) = chain.digits(tree);
     Some(LimbRoles {
         side: None,
+        girdle: Some(root).filter(|&root| root != chain.upper),
         upper: chain.upper,
         lower: chain.lower,
         end: chain.end,
