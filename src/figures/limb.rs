@@ -32,8 +32,6 @@ pub struct Limb {
     pub part: Option<BodyPart>,
     /// What turns: this joint and all below it.
     joint: u32,
-    /// Group beyond the hinge.
-    group: u32,
     /// Centre of the hinge, metres at rest.
     pub origin: Vec3,
     /// Unit vector about which it closes, at rest.
@@ -98,7 +96,6 @@ impl Limb {
             rig: Arc::clone(rig),
             part: groups[fold.child as usize].part,
             joint: swing.joint,
-            group: fold.child,
             origin: swing.origin,
             axis,
             outside: if (swing.origin - middle).dot(axis) < 0.0 { -axis } else { axis },
@@ -135,7 +132,6 @@ impl Limb {
         Ok(Some(Limb {
             part: Some(BodyPart::Hand),
             joint: digit[1],
-            group: rig.groups.group_of_joint[digit[1] as usize],
             origin: middle,
             axis,
             outside: if (knuckle - among).dot(axis) < 0.0 { -axis } else { axis },
@@ -259,7 +255,7 @@ pub(super) mod tests {
     #[test]
     fn bones_stand_at_the_angle_that_is_asked_for() {
         let limb = limb();
-        let swing = limb.rig.swings.iter().find(|swing| swing.group == limb.group).expect("a swing");
+        let swing = limb.rig.swings.iter().find(|swing| swing.joint == limb.joint).expect("a swing");
         let straight = limb.bent(0.0).palette[limb.joint as usize].transform_vector3(swing.axis);
         for degrees in [45.0, 90.0, 130.0] {
             let bone = limb.bent(degrees).palette[limb.joint as usize].transform_vector3(swing.axis);
