@@ -53,7 +53,7 @@ fn a_character_without_the_joint_is_refused() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("figures");
-    for (only, limb) in [("IS-knee", Some("arm.glb")), ("IS-knee", None)] {
+    for (only, limb) in [("IS-knee", Some("arm.glb")), ("IS-knee", None), ("IS-finger", None)] {
         let limb = limb.map(super::asset);
         let mut command = sinew();
         command.args(["figures", "--only", only, "-o"]).arg(&out);
@@ -72,7 +72,7 @@ fn an_unknown_figure_is_wrong_usage() {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
         text.contains("\"1\" is no figure")
-            && text.contains("7, 8, 9, 10, 11, 12, 13, 14, 15, A16, T3, IS-elbow, IS-knee"),
+            && text.contains("7, 8, 9, 10, 11, 12, 13, 14, 15, A16, T3, IS-elbow, IS-knee, IS-finger"),
         "{text}"
     );
     assert!(names(folder.path()).is_empty());

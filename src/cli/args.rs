@@ -77,7 +77,8 @@ pub struct Compute {
 /// Which frames.
 #[derive(Debug, Group)]
 pub struct Motion {
-    /// Animation by name or number; rest is the bind pose, default the file's own pose [default: the first animation]
+    /// Animation by name or number; rest is the bind pose, default the file's own pose; test:elbow, test:knee, test:shoulder,
+    /// test:squat and test:finger are made by code [default: the first animation]
     #[arg(long, value_name = "NAME|INDEX|rest|default")]
     pub clip: Option<String>,
     /// Inclusive range of frames, or one frame [default: the whole clip]
@@ -122,7 +123,8 @@ pub struct Inspect {
     /// The frame; the clip is played up to it on the CPU reference [default with --schedule: 1]
     #[arg(long, value_name = "K", requires = "frame-of")]
     pub frame: Option<u32>,
-    /// Animation by name or number; rest is the bind pose, default the file's own pose [default: the first animation]
+    /// Animation by name or number; rest is the bind pose, default the file's own pose; test:elbow, test:knee, test:shoulder,
+    /// test:squat and test:finger are made by code [default: the first animation]
     #[arg(long, value_name = "NAME|INDEX|rest|default", requires = "frame-of")]
     pub clip: Option<String>,
     /// Frames per second
@@ -268,11 +270,11 @@ pub struct Figures {
     /// Folder for figure_2.png and so on
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
-    /// Only these figures, T3 for the table, IS-elbow and IS-knee for Implicit Skinning's folds; 4, 5, 6, 8, 9, 10, 12, 13, A16 and T3 need
-    /// no adapter [default: all, IS-knee with --limb]
+    /// Only these figures, T3 for the table, IS-elbow, IS-knee and IS-finger for Implicit Skinning's folds; 4, 5, 6, 8, 9, 10, 12, 13, A16
+    /// and T3 need no adapter [default: all, IS-knee with --limb, IS-finger where the character has fingers]
     #[arg(long, value_name = "N,N", value_delimiter = ',')]
     pub only: Vec<Figure>,
-    /// The character whose elbow and knee are bent [default: the built-in arm]
+    /// The character whose elbow, knee and finger are bent [default: the built-in arm]
     #[arg(long, value_name = "IN")]
     pub limb: Option<PathBuf>,
     #[command(flatten)]

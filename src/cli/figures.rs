@@ -52,8 +52,18 @@ struct Value {
 
 pub fn run(args: &args::Figures) -> Result<(), Failure> {
     load::threads(args.compute.threads)?;
-    // The built-in arm has no knee.
-    let given = |figure: &Figure| figure.bends() != Some(BodyPart::Calf) || args.limb.is_some();
+    let limb = args.limb.as_deref();
+    let bent = match limb {
+        Some(file) => gltf::read(file),
+        None => gltf::from_bytes(ARM, "arm"),
+    };
+    let bent = bent.map_err(Failure::input)?;
+    // The built-in arm has no knee, and few characters have fingers.
+    let given = |figure: &Figure| match figure.bends() {
+        Some(BodyPart::Calf) => limb.is_some(),
+        Some(BodyPart::Hand) => Limb::has_finger(&bent.character),
+        _ => true,
+    };
     let wanted = |figure: &Figure| if args.only.is_empty() { given(figure) } else { args.only.contains(figure) };
     let chosen: Vec<Figure> = Figure::ALL.into_iter().filter(wanted).collect();
     let began = Instant::now();
@@ -62,7 +72,7 @@ pub fn run(args: &args::Figures) -> Result<(), Failure> {
     let mut files = FileSet::open(&args.output).map_err(Failure::input)?;
     let arm = if chosen.iter().any(|figure| figure.needs_arm()) { Some(arm()?) } else { None };
     let parts: Vec<BodyPart> = chosen.iter().filter_map(|figure| figure.bends()).collect();
-    let limbs = if parts.is_empty() { Vec::new() } else { limbs(args.limb.as_deref(), &parts)? };
+    let limbs = if parts.is_empty() { Vec::new() } else { limbs(limb, &bent, &parts)? };
     let stage = device.stage(arm.as_ref(), &limbs);
     let progress = Progress::steps("drawing", chosen.len() as u64);
     let mut figures = Vec::new();
@@ -107,15 +117,25 @@ fn arm() -> Result<Arm, Failure> {
 /// Poses of each clip that are looked through for the direction in which a joint bends.
 const LOOKS: u16 = 12;
 
-/// The joints of a character that bend before the given parts; of the built-in arm where no file is given.
-fn limbs(file: Option<&Path>, parts: &[BodyPart]) -> Result<Vec<Limb>, Failure> {
+/// The joints of a character that bend before the given parts, or with them; `file` is for messages.
+fn limbs(file: Option<&Path>, scene: &Scene, parts: &[BodyPart]) -> Result<Vec<Limb>, Failure> {
     let input = Input { file: file.unwrap_or(Path::new("arm.glb")).into(), muscles: None };
-    let scene = match file {
-        Some(file) => gltf::read(file),
-        None => gltf::from_bytes(ARM, "arm"),
+    let lacks = |what: &str, figures: &str| {
+        let file = input.file.display();
+        Failure::Input(format!(
+            "{file}: it has no {what}; give another character with --limb, or leave out {figures} with --only"
+        ))
     };
-    let scene = scene.map_err(Failure::input)?;
-    let rig = Arc::new(load::rig(&input, &scene, &MuscleFile::default(), true, None)?);
+    let (fingers, joints): (Vec<BodyPart>, Vec<BodyPart>) = parts.iter().partition(|part| **part == BodyPart::Hand);
+    let mut limbs = Vec::new();
+    if !fingers.is_empty() {
+        let finger = Limb::finger(&scene.character).map_err(failure)?;
+        limbs.push(finger.ok_or_else(|| lacks("finger of three joints", "figure IS-finger"))?);
+    }
+    if joints.is_empty() {
+        return Ok(limbs);
+    }
+    let rig = Arc::new(load::rig(&input, scene, &MuscleFile::default(), true, None)?);
     let clips = scene.clips.iter().enumerate();
     let poses: Vec<Pose> = clips
         .flat_map(|(index, clip)| {
@@ -124,13 +144,10 @@ fn limbs(file: Option<&Path>, parts: &[BodyPart]) -> Result<Vec<Limb>, Failure> 
         })
         .map(|(index, time)| scene.pose(ClipChoice::Clip(index), time))
         .collect();
-    let limbs: Vec<Limb> = parts.iter().filter_map(|&part| Limb::find(&rig, part, &poses)).collect();
-    if limbs.len() < parts.len() {
-        return Err(Failure::Input(format!(
-            "{}: it has no elbow or knee whose direction its rest pose or a clip tells; give another character with --limb, \
-             or leave out figures IS-elbow and IS-knee with --only",
-            input.file.display()
-        )));
+    for part in joints {
+        let limb = Limb::find(&rig, part, &poses);
+        let what = "elbow or knee whose direction its rest pose or a clip tells";
+        limbs.push(limb.ok_or_else(|| lacks(what, "figures IS-elbow and IS-knee"))?);
     }
     Ok(limbs)
 }

@@ -4,7 +4,7 @@ use crate::args;
 use crate::failure::Failure;
 use crate::{explain, load, print};
 use serde::Serialize;
-use sinew::clip::Scene;
+use sinew::clip::{ClipChoice, Scene, TestClip};
 use sinew::rig::groups::FoldRest;
 use sinew::rig::{BoneCollider, ColliderShape, Rig, Role, VertexTarget};
 use std::fmt::Write;
@@ -24,6 +24,7 @@ struct Inspected {
     muscles: Vec<Muscle>,
     bones: Vec<Bone>,
     clips: Vec<Clip>,
+    test_clips: Vec<Made>,
     materials: Vec<Material>,
     rigid: Vec<String>,
     notes: Vec<String>,
@@ -94,6 +95,16 @@ struct Clip {
     muscle_channels: usize,
 }
 
+/// A clip made by code.
+#[derive(Serialize)]
+struct Made {
+    name: &'static str,
+    seconds: f32,
+    /// Why the character has no such clip, where it has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lacks: Option<String>,
+}
+
 #[derive(Serialize)]
 struct Material {
     name: String,
@@ -156,6 +167,14 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
                 seconds: c.end - c.start,
                 channels: c.channels.len(),
                 muscle_channels: c.muscle_channels.len(),
+            })
+            .collect(),
+        test_clips: TestClip::ALL
+            .into_iter()
+            .map(|clip| Made {
+                name: clip.name(),
+                seconds: scene.duration(ClipChoice::Test(clip)),
+                lacks: scene.check_test(clip).err().map(|error| error.to_string()),
             })
             .collect(),
         materials: character
@@ -274,6 +293,10 @@ fn text(found: &Inspected) -> String {
         format!("{i} {}: {:.3} s, {channels} channels{muscles}", c.name, c.seconds)
     });
     section(format!("clips: {}", found.clips.len()), clips.collect());
+    let (made, lacking): (Vec<_>, Vec<_>) = found.test_clips.iter().partition(|c| c.lacks.is_none());
+    let lines = made.iter().map(|c| format!("{}: {:.3} s", c.name, c.seconds));
+    let lacks = lacking.iter().filter_map(|c| c.lacks.clone());
+    section(format!("test clips made by code: {}", made.len()), lines.chain(lacks).collect());
     let materials = found.materials.iter().map(|m| {
         let [r, g, b, a] = m.base_color;
         let texture = m.texture.map_or("no texture".into(), |[w, h]| format!("texture {w} x {h}"));

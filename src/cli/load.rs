@@ -91,9 +91,11 @@ pub fn rig_for(
 fn built(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
     let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
     let (bones, bone_meshes) = (muscles.bones.clone(), scene.bone_meshes(&muscles.bones));
-    let options = BuildOptions { fields, bones, bone_meshes, ..BuildOptions::default() };
+    let groups = muscles.groups.clone();
+    let options = BuildOptions { fields, groups, bones, bone_meshes, ..BuildOptions::default() };
     Rig::build(scene.character.clone(), &muscles.muscles, &options).map_err(|error| match &error {
         RigError::Muscle(error) => Failure::input(muscles.locate(error)),
+        RigError::Group(error) => Failure::input(muscles.locate_group(error)),
         RigError::Bone(error) => Failure::input(muscles.locate_bone(error)),
         _ => Failure::Input(format!("{}: {error}", input.file.display())),
     })
@@ -205,6 +207,7 @@ pub fn clip_name(scene: &Scene, clip: ClipChoice) -> String {
             Some(clip) => format!("clip `{}`", clip.name),
             None => format!("clip {index}"),
         },
+        ClipChoice::Test(clip) => format!("clip `{}`", clip.name()),
     }
 }
 

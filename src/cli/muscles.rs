@@ -16,6 +16,7 @@ struct Edited {
     updated: Vec<String>,
     bones: Vec<String>,
     joints: Vec<String>,
+    groups: Vec<String>,
     alone: Vec<String>,
 }
 
@@ -42,6 +43,7 @@ fn mirror(args: &MusclesMirror) -> Result<(), Failure> {
         updated: done.updated,
         bones: done.bones,
         joints: done.joints,
+        groups: done.groups,
         alone: done.alone,
     };
     print::result(args.json, &edited, text)
@@ -56,10 +58,10 @@ fn copy(args: &MusclesCopy) -> Result<(), Failure> {
     let to: Vec<&str> = args.to.iter().map(String::as_str).collect();
     document.copy(&args.from, &to, &settings).map_err(Failure::input)?;
     write(&args.output, &document)?;
-    let (added, bones, joints, alone) = Default::default();
+    let (added, bones, joints, groups, alone) = Default::default();
     print::result(
         args.json,
-        &Edited { output: args.output.clone(), added, updated: args.to.clone(), bones, joints, alone },
+        &Edited { output: args.output.clone(), added, updated: args.to.clone(), bones, joints, groups, alone },
         text,
     )
 }
@@ -76,6 +78,7 @@ fn text(edited: &Edited) -> String {
         ("updated", &edited.updated),
         ("bone shapes", &edited.bones),
         ("joint operators", &edited.joints),
+        ("field groups", &edited.groups),
         ("without a partner", &edited.alone),
     ];
     let lines = counts.iter().filter(|(_, names)| !names.is_empty());

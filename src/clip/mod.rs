@@ -1,12 +1,16 @@
 //! Animation of the file's nodes and muscles, sampled to a [`Pose`](crate::rig::Pose).
 
+mod made;
 mod sample;
 
+pub use made::TestClip;
 pub(crate) use sample::node_globals;
 
 use crate::rig::muscle::{Curve, ShapeCurve};
 use crate::rig::{Character, Key};
 use glam::{Mat4, Quat, Vec2, Vec3};
+use made::MadeClips;
+use std::sync::OnceLock;
 
 /// How a key reaches the next one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -191,6 +195,8 @@ pub struct Scene {
     pub rigid: Vec<RigidPart>,
     /// What was odd but accepted, one line each, naming the element.
     pub notes: Vec<String>,
+    /// Clips made by code, once one of them is asked for.
+    pub(crate) made: OnceLock<MadeClips>,
 }
 
 /// Which motion is asked for.
@@ -202,4 +208,6 @@ pub enum ClipChoice {
     Default,
     /// An animation, by index into [`Scene::clips`].
     Clip(usize),
+    /// A clip that is made by code; the bind pose where the character lacks what it moves.
+    Test(TestClip),
 }

@@ -1,7 +1,8 @@
 //! Choosing a motion and sampling it. Transforms are composed in f64 and rounded once, at the end: down a chain of
 //! twenty joints f32 would already lose a tenth of the tolerance against other programs.
 
-use super::{Channel, Clip, ClipChoice, Interpolation, Local, MuscleChannel, Scene, Track};
+use super::made::MadeClips;
+use super::{Channel, Clip, ClipChoice, Interpolation, Local, MuscleChannel, Scene, TestClip, Track};
 use crate::error::{ClipError, one_line};
 use crate::rig::muscle::{BoneShape, BoneSpec};
 use crate::rig::{BoneMesh, Keyed, Pose};
@@ -11,11 +12,12 @@ use glam::{DMat4, DQuat, DVec3, DVec4, Quat, Vec3};
 const FRAME_SLACK: f64 = 1e-3;
 
 impl Scene {
-    /// Finds a motion by name: `rest`, `default`, a clip's name, or its index. Without a name, the first clip that
-    /// moves anything, and [`ClipChoice::Default`] where there is none.
+    /// Finds a motion by name: `rest`, `default`, a clip's name, its index, or the name of a [`TestClip`]. Without a name,
+    /// the first clip that moves anything, and [`ClipChoice::Default`] where there is none.
     ///
     /// # Errors
-    /// [`ClipError::Unknown`], which lists what there is.
+    /// [`ClipError::Unknown`], which lists what there is; [`ClipError::Limb`] where a test clip moves what the skeleton
+    /// lacks.
     pub fn choose_clip(&self, name: Option<&str>) -> Result<ClipChoice, ClipError> {
         let Some(name) = name else {
             let moving = self.clips.iter().position(|clip| !clip.is_empty());
@@ -28,16 +30,39 @@ impl Scene {
         }
         let by_name = self.clips.iter().position(|clip| clip.name == name);
         let by_index = || name.parse::<usize>().ok().filter(|&index| index < self.clips.len());
-        by_name.or_else(by_index).map(ClipChoice::Clip).ok_or_else(|| ClipError::Unknown {
+        if let Some(index) = by_name.or_else(by_index) {
+            return Ok(ClipChoice::Clip(index));
+        }
+        if let Some(clip) = TestClip::ALL.into_iter().find(|clip| clip.name() == name) {
+            return self.check_test(clip).map(|()| ClipChoice::Test(clip));
+        }
+        let clips = self.clips.iter().enumerate().map(|(i, clip)| format!(", {i} `{}`", clip.name));
+        let made = TestClip::ALL.iter().filter(|clip| self.check_test(**clip).is_ok());
+        Err(ClipError::Unknown {
             character: self.character.name.clone(),
             wanted: one_line(name),
-            available: self.clips.iter().enumerate().map(|(i, clip)| format!(", {i} `{}`", clip.name)).collect(),
+            available: clips.chain(made.map(|clip| format!(", {}", clip.name()))).collect(),
         })
+    }
+
+    /// Whether the skeleton has what a test clip moves.
+    ///
+    /// # Errors
+    /// [`ClipError::Limb`], which names what is missing.
+    pub fn check_test(&self, clip: TestClip) -> Result<(), ClipError> {
+        self.made().check(clip, &self.character)
+    }
+
+    fn made(&self) -> &MadeClips {
+        self.made.get_or_init(|| MadeClips::new(&self.character))
     }
 
     /// How long a motion lasts, seconds; 0 for the two poses that do not move.
     pub fn duration(&self, choice: ClipChoice) -> f32 {
-        self.clip(choice).map_or(0.0, |clip| clip.end - clip.start)
+        match choice {
+            ClipChoice::Test(clip) => self.made().seconds(clip),
+            _ => self.clip(choice).map_or(0.0, |clip| clip.end - clip.start),
+        }
     }
 
     /// How many frames a motion has: frame `k` is `k / fps` seconds after its start, and the last one is at or before
@@ -54,13 +79,20 @@ impl Scene {
     /// What the clip keys of muscles stands in [`Pose::keyed`].
     ///
     /// [`ClipChoice::Rest`] has an identity palette; joint nodes are at the inverse of their inverse bind matrices and
-    /// other nodes keep their place relative to their parents. A clip that the scene does not have is
-    /// [`ClipChoice::Default`].
+    /// other nodes keep their place relative to their parents; so they do in a [`TestClip`]. A clip that the scene does
+    /// not have is [`ClipChoice::Default`].
     pub fn pose(&self, choice: ClipChoice, time: f32) -> Pose {
-        let globals = node_globals(self, choice, time);
         let joints = &self.character.joints;
+        let (globals, motion) = match choice {
+            ClipChoice::Test(clip) => {
+                let motion = self.made().motion(clip, time);
+                (moved_globals(self, &motion), motion)
+            }
+            _ => (node_globals(self, choice, time), Vec::new()),
+        };
         let palette = match choice {
             ClipChoice::Rest => Pose::rest(&self.character).palette,
+            ClipChoice::Test(_) => motion.iter().map(DMat4::as_mat4).collect(),
             _ => joints.iter().map(|j| (globals[j.node as usize] * j.inverse_bind.as_dmat4()).as_mat4()).collect(),
         };
         let nodes = globals.iter().map(DMat4::as_mat4).collect();
@@ -85,7 +117,7 @@ impl Scene {
     fn clip(&self, choice: ClipChoice) -> Option<&Clip> {
         match choice {
             ClipChoice::Clip(index) => self.clips.get(index),
-            ClipChoice::Rest | ClipChoice::Default => None,
+            ClipChoice::Rest | ClipChoice::Default | ClipChoice::Test(_) => None,
         }
     }
 }
@@ -119,12 +151,30 @@ pub(crate) fn node_globals(scene: &Scene, choice: ClipChoice, time: f32) -> Vec<
             }
         }
     }
-    let mut bound: Vec<Option<DMat4>> = vec![None; scene.nodes.len()];
+    let mut bound = vec![None; scene.nodes.len()];
     if choice == ClipChoice::Rest {
-        for joint in &scene.character.joints {
-            bound[joint.node as usize].get_or_insert_with(|| joint.inverse_bind.as_dmat4().inverse());
-        }
+        bound = bound_nodes(scene, |_| DMat4::IDENTITY);
     }
+    composed(scene, &parts, &bound)
+}
+
+/// The global transform of every node where `motion` moves the joints from the bind pose.
+fn moved_globals(scene: &Scene, motion: &[DMat4]) -> Vec<DMat4> {
+    let parts: Vec<Parts> = scene.nodes.iter().map(|node| Parts::of(&node.local)).collect();
+    composed(scene, &parts, &bound_nodes(scene, |j| motion[j]))
+}
+
+/// The global transforms of the joints' nodes.
+fn bound_nodes(scene: &Scene, motion: impl Fn(usize) -> DMat4) -> Vec<Option<DMat4>> {
+    let mut bound = vec![None; scene.nodes.len()];
+    for (j, joint) in scene.character.joints.iter().enumerate() {
+        bound[joint.node as usize].get_or_insert_with(|| motion(j) * joint.inverse_bind.as_dmat4().inverse());
+    }
+    bound
+}
+
+/// Global transforms of all nodes, of which some are known.
+fn composed(scene: &Scene, parts: &[Parts], bound: &[Option<DMat4>]) -> Vec<DMat4> {
     let mut globals = vec![DMat4::IDENTITY; scene.nodes.len()];
     for &node in &scene.node_order {
         let node = node as usize;

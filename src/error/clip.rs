@@ -16,4 +16,14 @@ pub enum ClipError {
         /// The animations that there are, each after a comma.
         available: String,
     },
+    /// A clip made by code that moves what the skeleton does not have.
+    #[error("{character}: clip `{clip}` needs {missing}, and the skeleton shows none; choose another clip")]
+    Limb {
+        /// The character.
+        character: String,
+        /// The clip.
+        clip: &'static str,
+        /// What was looked for.
+        missing: &'static str,
+    },
 }

@@ -21,6 +21,9 @@ pub enum RigError {
     /// A bone's shape that does not fit the character.
     #[error(transparent)]
     Bone(#[from] BoneError),
+    /// A given field group that does not fit the character.
+    #[error(transparent)]
+    Group(#[from] GroupError),
     /// A field that could not be fitted.
     #[error(transparent)]
     Field(#[from] FieldError),
@@ -162,6 +165,72 @@ impl BoneError {
             BoneError::UnknownBone { bone, .. } => (bone, "bone"),
             BoneError::UnknownMesh { bone, .. } => (bone, "mesh"),
             BoneError::Shape { bone, key, .. } => (bone, key),
+        }
+    }
+}
+
+/// A given field group that does not fit its character.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GroupError {
+    /// A joint that the character does not have.
+    #[error("group `{group}`: `{joint}` is not a joint of the character; nearest names: {nearest}")]
+    UnknownJoint {
+        /// The group.
+        group: String,
+        /// The name that was given.
+        joint: String,
+        /// Its number in the group's list, from 0.
+        number: usize,
+        /// Names that look like it.
+        nearest: String,
+    },
+    /// A joint that stands twice.
+    #[error("group `{group}`: joint `{joint}` stands in group `{other}` already; keep it in one")]
+    Twice {
+        /// The group.
+        group: String,
+        /// The joint.
+        joint: String,
+        /// Its number in the group's list, from 0.
+        number: usize,
+        /// The group that had it first.
+        other: String,
+    },
+    /// A group without joints.
+    #[error("group `{group}`: it has no joints; name at least one, or leave the group out")]
+    Empty {
+        /// The group.
+        group: String,
+    },
+    /// Too little skin for a field.
+    #[error("group `{group}`: {joints} moves too little skin for a field; join it with its neighbours")]
+    Bare {
+        /// The group.
+        group: String,
+        /// The group's own name, or that of the joint where joints are separate.
+        joints: String,
+    },
+    /// More groups than a character can have.
+    #[error("{given} groups are given, at most {most} are possible; join some")]
+    TooMany {
+        /// Groups given.
+        given: usize,
+        /// The most.
+        most: usize,
+    },
+}
+
+impl GroupError {
+    /// The group, and where its file has the value that is wrong, from the group's own table.
+    pub fn place(&self) -> (&str, String) {
+        match self {
+            GroupError::UnknownJoint { group, number, .. } | GroupError::Twice { group, number, .. } => {
+                (group, format!("joints[{number}]"))
+            }
+            GroupError::Empty { group } => (group, "joints".into()),
+            GroupError::Bare { group, .. } => (group, String::new()),
+            GroupError::TooMany { .. } => ("", String::new()),
         }
     }
 }

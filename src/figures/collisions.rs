@@ -140,15 +140,17 @@ impl Rises {
 
 /// What one quantity comes to without collisions and with them, metres.
 fn findings(name: &str, [without, with]: [f32; 2]) -> Vec<Finding> {
-    let (rise, ratio) = (with - without, with / without.max(1e-9));
-    let short = 1.0 - (rise / LEAST_RISE).min(ratio / LEAST_RATIO);
+    let rise = with - without;
+    // What sinks in one case has no ratio.
+    let ratio = (without > 0.0).then_some(with / without);
+    let short = 1.0 - (rise / LEAST_RISE).min(ratio.map_or(f32::INFINITY, |ratio| ratio / LEAST_RATIO));
     let mut findings: Vec<Finding> = [without, with]
         .into_iter()
         .zip(CASES)
         .map(|(value, case)| Finding::new(format!("{name}, {case}"), f64::from(value) * 1000.0, "mm"))
         .collect();
     findings.push(Finding::new(format!("{name}: raised by"), f64::from(rise) * 1000.0, "mm"));
-    findings.push(Finding::new(format!("{name}: ratio"), f64::from(ratio), ""));
+    findings.extend(ratio.map(|ratio| Finding::new(format!("{name}: ratio"), f64::from(ratio), "")));
     findings.push(Finding::new(
         format!("{name}: short of 8 mm or 1.5 times by"),
         f64::from(short.max(0.0)) * 100.0,

@@ -7,13 +7,15 @@ use super::{Drawn, Finding};
 use crate::error::FigureError;
 use crate::gpu::Headless;
 use crate::render::{Camera, Direction, Frame, Light, Look, SkinMesh, Surface, View, vertex_buffer};
+use crate::rig::groups::BodyPart;
 use crate::schedule::Skinning;
 use glam::{Mat4, Vec3, Vec4, Vec4Swizzles};
 use std::sync::Arc;
 
 const PANEL: [u32; 2] = [330, 320];
 const ANGLES: [f32; 4] = [0.0, 45.0, 90.0, 130.0];
-const TITLES: [&str; 4] = ["0°", "45°", "90°", "130°"];
+/// Of a finger's middle joint.
+const FINGER_ANGLES: [f32; 4] = [0.0, 40.0, 80.0, 110.0];
 const ROWS: [(Skinning, &str); 3] =
     [(Skinning::Linear, "linear"), (Skinning::DualQuaternion, "dual quaternion"), (Skinning::Implicit, "ours")];
 /// Up to this many groups a character is a limb and not a body.
@@ -26,7 +28,8 @@ pub(super) fn figure(headless: &Headless, limb: &Limb) -> Result<Drawn, FigureEr
     let studio = Studio::new(headless, PANEL[0], PANEL[1])?;
     let look = Arc::new(Look::of(headless, studio.renderer(), &limb.rig.character)?);
     let mesh = SkinMesh::of(headless, &look, &limb.rig.character)?;
-    let skins = ROWS.map(|(skinning, _)| limb.skins(skinning, &ANGLES));
+    let angles = if limb.part == Some(BodyPart::Hand) { FINGER_ANGLES } else { ANGLES };
+    let skins = ROWS.map(|(skinning, _)| limb.skins(skinning, &angles));
     let mut camera = None;
     let (mut rows, mut effects) = (Vec::new(), Vec::new());
     for skins in skins {
@@ -45,13 +48,14 @@ pub(super) fn figure(headless: &Headless, limb: &Limb) -> Result<Drawn, FigureEr
         rows.push(row);
         effects.push(skins.iter().map(|skin| limb.effect(skin)).collect::<Vec<Effect>>());
     }
-    let mut page = sheet(&TITLES, &rows, &[])?;
+    let titles = angles.map(|angle| format!("{angle:.0}°"));
+    let mut page = sheet(&titles.each_ref().map(String::as_str), &rows, &[])?;
     let mut findings = Vec::new();
     for ((row, (_, name)), effects) in (0..).zip(ROWS).zip(&effects) {
         let top = f64::from(TOP + row * PANEL[1]);
         let title = Label { rimmed: true, ..Label::new(name, 18.0).align(Align::Left) };
         title.draw(&mut page, 14.0, top + 16.0)?;
-        for ((column, angle), effect) in (0..).zip(ANGLES).zip(effects) {
+        for ((column, angle), effect) in (0..).zip(angles).zip(effects) {
             let [low, high] = effect.areas;
             // Of a whole body a joint is too small a share to be told in percent.
             let volume = effect.volume.map_or(String::new(), |[at_rest, change]| match limb.rig.groups.groups.len() {
@@ -75,11 +79,9 @@ pub(super) fn figure(headless: &Headless, limb: &Limb) -> Result<Drawn, FigureEr
     Ok(Drawn { image: page.finish(), findings })
 }
 
-/// The camera that looks along the hinge, from outside the body, and holds what is near it in all skins.
+/// The camera that looks along the hinge, from outside, and holds what is near it in all skins.
 fn hold(limb: &Limb, skins: &[Bent], aspect: f32) -> Camera {
-    let rest = &limb.rig.character.positions_rest;
-    let middle = rest.iter().sum::<Vec3>() / rest.len().max(1) as f32;
-    let toward = if (limb.origin - middle).dot(limb.axis) < 0.0 { -limb.axis } else { limb.axis };
+    let toward = limb.outside;
     let direction = Direction {
         azimuth: toward.x.atan2(toward.z).to_degrees(),
         elevation: toward.y.clamp(-1.0, 1.0).asin().to_degrees(),

@@ -84,6 +84,8 @@ pub enum Figure {
     Elbow,
     /// The same of a knee.
     Knee,
+    /// The same of a finger, each of whose bones has a field.
+    Finger,
 }
 
 /// The built-in arm, for the figures that show motion.
@@ -133,7 +135,7 @@ pub struct Drawn {
 
 impl Figure {
     /// All figures in the paper's order.
-    pub const ALL: [Figure; 18] = [
+    pub const ALL: [Figure; 19] = [
         Figure::Flexion,
         Figure::Anatomy,
         Figure::Projection,
@@ -152,6 +154,7 @@ impl Figure {
         Figure::Solvers,
         Figure::Elbow,
         Figure::Knee,
+        Figure::Finger,
     ];
 
     /// Its number in the paper.
@@ -175,6 +178,7 @@ impl Figure {
             Figure::Solvers => "T3",
             Figure::Elbow => "IS-elbow",
             Figure::Knee => "IS-knee",
+            Figure::Finger => "IS-finger",
         }
     }
 
@@ -199,13 +203,14 @@ impl Figure {
             Figure::Solvers => "time of the dynamics without and with collisions",
             Figure::Elbow => "elbow by linear and dual quaternion skinning and by ours",
             Figure::Knee => "knee by linear and dual quaternion skinning and by ours",
+            Figure::Finger => "finger by linear and dual quaternion skinning and by ours",
         }
     }
 
     /// Whether it is drawn in space, on a device.
     pub fn needs_device(self) -> bool {
-        use Figure::{Anatomy, Collisions, Elbow, Fibres, Flexion, Knee, States, Width};
-        matches!(self, Flexion | Anatomy | Fibres | States | Width | Collisions | Elbow | Knee)
+        use Figure::{Anatomy, Collisions, Elbow, Fibres, Finger, Flexion, Knee, States, Width};
+        matches!(self, Flexion | Anatomy | Fibres | States | Width | Collisions | Elbow | Knee | Finger)
     }
 
     /// Whether it measures the device, where there is one.
@@ -219,11 +224,12 @@ impl Figure {
         matches!(self, Flexion | Constraints | Schedule | Volume | Width | Collisions) || self.measures_device()
     }
 
-    /// The part of the body beyond the joint that it bends, where it bends one.
+    /// The part of the body beyond the joint that it bends, or with it, where it bends one.
     pub fn bends(self) -> Option<BodyPart> {
         match self {
             Figure::Elbow => Some(BodyPart::Forearm),
             Figure::Knee => Some(BodyPart::Calf),
+            Figure::Finger => Some(BodyPart::Hand),
             _ => None,
         }
     }
@@ -257,7 +263,7 @@ impl Figure {
             #[cfg(feature = "gpu")]
             Figure::Collisions => collisions::figure(self.device(stage)?, self.arm(stage)?),
             #[cfg(feature = "gpu")]
-            Figure::Elbow | Figure::Knee => folds::figure(self.device(stage)?, self.limb(stage)?),
+            Figure::Elbow | Figure::Knee | Figure::Finger => folds::figure(self.device(stage)?, self.limb(stage)?),
             #[cfg(not(feature = "gpu"))]
             _ => Err(self.lacks("a graphics adapter, and sinew built with feature `gpu`")),
         }

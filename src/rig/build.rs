@@ -3,7 +3,7 @@
 use super::{
     BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleSpec, MuscleWeights, Pose,
     Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
-    groups::{FieldOptions, Fields, FitReport, FoldRest, Swing, build_fields},
+    groups::{FieldOptions, Fields, FitReport, FoldRest, GroupSpec, Swing, build_fields},
     muscle::{self, BoneSpec},
 };
 use crate::math::{transform_point, transform_vector};
@@ -23,6 +23,8 @@ pub struct BuildOptions {
     pub fields: bool,
     /// Settings of the fit.
     pub fit: FieldOptions,
+    /// Field groups that are given; the others are found.
+    pub groups: Vec<GroupSpec>,
     /// Bones whose shape for collisions is given; other bones that muscles need get capsules.
     pub bones: Vec<BoneSpec>,
     /// Meshes that `bones` may name besides the character's own parts.
@@ -31,7 +33,8 @@ pub struct BuildOptions {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        BuildOptions { fields: true, fit: FieldOptions::default(), bones: Vec::new(), bone_meshes: Vec::new() }
+        let (groups, bones, bone_meshes) = (Vec::new(), Vec::new(), Vec::new());
+        BuildOptions { fields: true, fit: FieldOptions::default(), groups, bones, bone_meshes }
     }
 }
 
@@ -119,11 +122,11 @@ impl Rig {
     /// Fits fields, resolves muscles and finds every vertex's rest iso-value.
     ///
     /// # Errors
-    /// The character is not consistent, a muscle or a bone's shape does not fit it, or a field cannot be fitted.
+    /// The character is not consistent, a group, a muscle or a bone's shape does not fit it, or a field cannot be fitted.
     pub fn build(character: Character, muscles: &[MuscleSpec], options: &BuildOptions) -> Result<Rig, RigError> {
         check(&character).map_err(|what| RigError::Character { character: character.name.clone(), what })?;
         let bones = bones::given(&character, &options.bones, &options.bone_meshes)?;
-        let groups = FieldGroups::detect(&character);
+        let groups = FieldGroups::detect_beside(&character, &options.groups)?;
         let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
         let mut resolved: Vec<(String, u32, MuscleRest)> = Vec::new();
         for (index, spec) in (0..).zip(muscles) {

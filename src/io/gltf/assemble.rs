@@ -31,6 +31,7 @@ pub(super) fn scene(source: &Source, graph: Graph) -> Result<Scene, GltfError> {
         clips: Vec::new(),
         rigid: Vec::new(),
         notes: Vec::new(),
+        made: Default::default(),
     };
     let globals = node_globals(&scene, ClipChoice::Default, 0.0);
     let skeleton = skin::merge(source, &skins, &scene.nodes, &scene.node_order, &globals)?;

@@ -3,9 +3,10 @@
 //! Names come first (fifteen groups on a human body: the trunk from pelvis to clavicles, neck, head, and
 //! per side upper arm, forearm, hand, thigh, calf, foot); a joint of unknown name stands for itself. Groups with too
 //! little skin, and unknown bones too short to bend visibly, then merge into their parents;
-//! where more than 64 are left, so do the smallest.
+//! where more than 64 are left, so do the smallest. A muscle file may give groups of its own ([`GroupSpec`]).
 
 mod fields;
+mod given;
 mod hinges;
 mod names;
 mod parts;
@@ -13,10 +14,14 @@ mod shape;
 mod structure;
 
 pub use fields::{FieldOptions, Fields, FitReport, build_fields};
+pub use given::GroupSpec;
 pub use hinges::{FoldRest, Swing};
 pub use names::{BodyPart, Side};
 
+use crate::error::GroupError;
 use crate::rig::Character;
+use given::Given;
+use parts::Key;
 use structure::{Merging, NONE};
 
 /// A joint moves a group in earnest where it has this share of the group's skin.
@@ -53,10 +58,30 @@ pub struct FieldGroups {
 impl FieldGroups {
     /// Finds the groups of any skeleton.
     pub fn detect(character: &Character) -> FieldGroups {
-        let keys = parts::keys(character);
-        let mut merging = Merging::new(character, &keys);
-        merging.settle();
+        FieldGroups::merged(character, &parts::keys(character), &[]).0
+    }
 
+    /// Finds the groups of any skeleton beside those that are given.
+    ///
+    /// # Errors
+    /// A joint that the character lacks or that two groups have; a group without joints, or with too little skin.
+    pub fn detect_beside(character: &Character, given: &[GroupSpec]) -> Result<FieldGroups, GroupError> {
+        let mut keys = parts::keys(character);
+        let given = given::give(character, given, &mut keys)?;
+        match FieldGroups::merged(character, &keys, &given) {
+            (_, Some(bare)) => Err(GroupError::Bare { group: bare.entry.clone(), joints: bare.name.clone() }),
+            (groups, None) => Ok(groups),
+        }
+    }
+
+    /// The groups, and a given one that could not become one.
+    fn merged<'a>(
+        character: &'a Character,
+        keys: &[Option<Key>],
+        given: &'a [Given],
+    ) -> (FieldGroups, Option<&'a Given>) {
+        let mut merging = Merging::new(character, keys, given);
+        merging.settle();
         let mut live: Vec<u32> = (0..merging.keys.len() as u32).filter(|&g| merging.is_live(g)).collect();
         live.sort_by_key(|&g| merging.first_joint(g));
         let mut numbers = vec![NONE; merging.keys.len()];
@@ -75,7 +100,10 @@ impl FieldGroups {
                 joint: driver(character, &areas, &owner, &group_of_joint, k as u32, merging.part(g)),
                 joints: (0..group_of_joint.len() as u32).filter(|&j| group_of_joint[j as usize] == k as u32).collect(),
                 parent: merging.parent(g).map(renumber),
-                passive: merging.part(g).is_some_and(BodyPart::is_end),
+                passive: merging
+                    .given(g)
+                    .and_then(|given| given.passive)
+                    .unwrap_or(merging.part(g).is_some_and(BodyPart::is_end)),
                 part: merging.part(g),
             })
             .collect();
@@ -86,7 +114,7 @@ impl FieldGroups {
                 groups[k].parent = None;
             }
         }
-        FieldGroups { groups, group_of_joint, owner }
+        (FieldGroups { groups, group_of_joint, owner }, merging.bare())
     }
 
     /// The groups that hang on group `g`.
@@ -98,7 +126,14 @@ impl FieldGroups {
 /// The group's name, with its number where another group has the same.
 fn unique_name(merging: &Merging, live: &[u32], group: u32) -> String {
     let name = merging.name(group);
-    if live.iter().any(|&g| g != group && merging.name(g) == name) { format!("{name}_{group}") } else { name }
+    // A given name stays; of two that are given alike the first does.
+    let has = |&&g: &&u32| g != group && merging.name(g) == name;
+    let first = live.iter().filter(has).all(|&g| merging.given(g).is_none() || g > group);
+    if live.iter().any(|g| has(&g)) && !(merging.given(group).is_some() && first) {
+        format!("{name}_{group}")
+    } else {
+        name
+    }
 }
 
 /// The joint of group `g` that drives its field.

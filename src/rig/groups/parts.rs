@@ -10,6 +10,8 @@ pub(super) enum Key {
     Body(BodyPart, Option<Side>),
     /// Nothing known: a group of its own until the structure merges it.
     Own(u32),
+    /// One of the groups that the muscle file gives.
+    Given(u32),
 }
 
 /// Key of every joint; `None` for joints that move no vertex and that no name places.

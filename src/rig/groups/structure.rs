@@ -1,6 +1,7 @@
 //! Owners of vertices, and merging of groups too small to have a field.
 
-use super::names::BodyPart;
+use super::given::Given;
+use super::names::{BodyPart, Side};
 use super::parts::Key;
 use crate::rig::Character;
 use glam::Vec3;
@@ -30,13 +31,14 @@ pub(super) const MOST_GROUPS: usize = 64;
 pub(super) struct Merging<'a> {
     character: &'a Character,
     height: f32,
+    given: &'a [Given],
     /// What each group is; several keys never share a number.
     pub keys: Vec<Key>,
     /// Number of the group of every joint, or [`NONE`].
     pub group_of_joint: Vec<u32>,
     /// Number of the group of every vertex, or [`NONE`].
     pub owner: Vec<u32>,
-    /// The groups that are parts of the body.
+    /// The groups that are, or stand for, parts of the body.
     body: Vec<u32>,
     /// Joints of every group, in no order.
     joints: Vec<Vec<u32>>,
@@ -64,12 +66,13 @@ struct Patch {
 
 impl<'a> Merging<'a> {
     /// Starts with one group per key, in the order of their first joints.
-    pub fn new(character: &'a Character, joint_keys: &[Option<Key>]) -> Merging<'a> {
+    pub fn new(character: &'a Character, joint_keys: &[Option<Key>], given: &'a [Given]) -> Merging<'a> {
         let count = character.joints.len();
         let mut numbers: BTreeMap<Key, u32> = BTreeMap::new();
         let mut merging = Merging {
             character,
             height: character.height_rest(),
+            given,
             keys: Vec::new(),
             group_of_joint: Vec::with_capacity(count),
             owner: vec![NONE; character.vertex_count()],
@@ -107,7 +110,7 @@ impl<'a> Merging<'a> {
             }
         }
         let groups = merging.keys.len();
-        merging.body = (0..groups as u32).filter(|&g| matches!(merging.keys[g as usize], Key::Body(..))).collect();
+        merging.body = (0..groups as u32).filter(|&g| merging.body_of(g).is_some()).collect();
         merging.patches = vec![Patch::default(); groups];
         merging.bones = vec![None; groups];
         for v in 0..character.vertex_count() {
@@ -196,16 +199,28 @@ impl<'a> Merging<'a> {
 
     /// The group above in the body, else the nearest group above in the skeleton.
     pub fn parent(&self, group: u32) -> Option<u32> {
-        self.parent_in_body(group).or_else(|| self.parent_in_skeleton(group))
+        let above = self.parent_in_skeleton(group);
+        // What the file puts together stands where it hangs.
+        let given = above.is_some_and(|g| matches!(self.keys[g as usize], Key::Given(_)));
+        if given { above } else { self.parent_in_body(group).or(above) }
+    }
+
+    /// The part of the body that a group is, or stands for, and its side.
+    fn body_of(&self, group: u32) -> Option<(BodyPart, Option<Side>)> {
+        match self.keys[group as usize] {
+            Key::Body(part, side) => Some((part, side)),
+            Key::Given(given) => self.given[given as usize].body,
+            Key::Own(_) => None,
+        }
     }
 
     /// The nearest group up the body that exists and does not hang on this one in the skeleton.
     fn parent_in_body(&self, group: u32) -> Option<u32> {
-        let Key::Body(part, side) = self.keys[group as usize] else { return None };
+        let (part, side) = self.body_of(group)?;
         let mut above = part.above();
         while let Some(part) = above {
-            let key = Key::Body(part, if part.is_middle() { None } else { side });
-            let found = self.body.iter().copied().find(|&g| self.keys[g as usize] == key && self.is_live(g));
+            let body = Some((part, if part.is_middle() { None } else { side }));
+            let found = self.body.iter().copied().find(|&g| self.body_of(g) == body && self.is_live(g));
             if let Some(found) = found {
                 let mut up = Some(found);
                 while let Some(g) = up {
@@ -250,9 +265,9 @@ impl<'a> Merging<'a> {
             if !bunch.is_empty() {
                 bunch.iter().for_each(|&g| self.merge(g));
             } else if self.live().count() > MOST_GROUPS {
-                if let Some(smallest) = self.live().min_by_key(smallness) {
-                    self.merge(smallest);
-                }
+                let found = |g: &u32| !matches!(self.keys[*g as usize], Key::Given(_));
+                let Some(smallest) = self.live().filter(found).min_by_key(smallness) else { break };
+                self.merge(smallest);
             } else {
                 break;
             }
@@ -345,19 +360,31 @@ impl<'a> Merging<'a> {
     pub fn name(&self, group: u32) -> String {
         match self.keys[group as usize] {
             Key::Own(joint) => self.character.joints[joint as usize].name.clone(),
+            Key::Given(given) => self.given[given as usize].name.clone(),
             Key::Body(part, side) => match side {
                 None => part.name().to_owned(),
-                Some(super::Side::Left) => format!("{}_l", part.name()),
-                Some(super::Side::Right) => format!("{}_r", part.name()),
+                Some(Side::Left) => format!("{}_l", part.name()),
+                Some(Side::Right) => format!("{}_r", part.name()),
             },
         }
     }
 
-    /// The part of the body a group is.
+    /// The part of the body a group is, or stands for.
     pub fn part(&self, group: u32) -> Option<BodyPart> {
+        self.body_of(group).map(|(part, _)| part)
+    }
+
+    /// The given group that a group is.
+    pub fn given(&self, group: u32) -> Option<&'a Given> {
         match self.keys[group as usize] {
-            Key::Body(part, _) => Some(part),
-            Key::Own(_) => None,
+            Key::Given(given) => Some(&self.given[given as usize]),
+            _ => None,
         }
+    }
+
+    /// A given group that has not enough skin to carry a field.
+    pub fn bare(&self) -> Option<&'a Given> {
+        let lives = |k: u32| self.live().any(|g| self.keys[g as usize] == Key::Given(k));
+        (0..).zip(self.given).find(|(k, _)| !lives(*k)).map(|(_, given)| given)
     }
 }

@@ -331,3 +331,77 @@ fn too_many_groups_and_nodes_are_bounded() {
     assert_eq!(error, FieldError::TooManyNodes { nodes: 64 << 24, most: 1 << 28 });
     assert!(error.to_string().contains("1073741824 nodes, at most 268435456"), "{error}");
 }
+
+fn spec(name: &str, joints: &[&str]) -> GroupSpec {
+    GroupSpec { name: name.into(), joints: joints.iter().map(|j| (*j).into()).collect(), ..GroupSpec::default() }
+}
+
+/// An arm whose hand has a finger of three joints.
+fn arm_with_finger() -> Character {
+    let skeleton: Vec<Drawn> = vec![
+        ("upperarm_l", None, [0.0, 1.0, 0.0]),
+        ("lowerarm_l", Some(0), [0.3, 1.0, 0.0]),
+        ("hand_l", Some(1), [0.6, 1.0, 0.0]),
+        ("index_01_l", Some(2), [0.7, 1.0, 0.0]),
+        ("index_02_l", Some(3), [0.75, 1.0, 0.0]),
+        ("index_03_l", Some(4), [0.8, 1.0, 0.0]),
+    ];
+    character(&skeleton, 0.02, 0.05)
+}
+
+#[test]
+fn given_groups_take_the_place_of_found_ones() {
+    let c = arm_with_finger();
+    let found = ["forearm_l<upperarm_l", "hand_l<forearm_l", "upperarm_l<"];
+    assert_eq!(family(&FieldGroups::detect(&c)), found);
+    assert_eq!(FieldGroups::detect_beside(&c, &[]).expect("none given"), FieldGroups::detect(&c));
+
+    // Fingers of their own, the fingertip with the last one named; they do not follow linear skinning, the hand does.
+    let fingers = GroupSpec { separate: true, ..spec("index", &["index_01_l", "index_02_l"]) };
+    let groups = FieldGroups::detect_beside(&c, std::slice::from_ref(&fingers)).expect("good");
+    let own = ["forearm_l<upperarm_l", "hand_l<forearm_l", "index_01_l<hand_l", "index_02_l<index_01_l", "upperarm_l<"];
+    assert_eq!(family(&groups), own);
+    assert_eq!(groups.group_of_joint, [0, 1, 2, 3, 4, 4]);
+    assert_eq!(groups.groups.iter().map(|g| g.passive).collect::<Vec<_>>(), [false, false, true, false, false]);
+    let fields = build_fields(&c, &groups, &FieldOptions::default()).expect("fields");
+    assert_eq!(fields.grids.len(), 5);
+    let folds = |groups: &FieldGroups| build_fields(&c, groups, &FieldOptions::default()).expect("fields").folds.len();
+    assert_eq!((folds(&groups), folds(&FieldGroups::detect(&c))), (2, 1), "the finger folds");
+    let follows = GroupSpec { passive: Some(true), ..fingers };
+    let groups = FieldGroups::detect_beside(&c, &[follows]).expect("good");
+    assert!(groups.groups[3].passive && groups.groups[4].passive);
+
+    // One group of two limbs, under a name of its own; what comes after hangs on it.
+    let groups = FieldGroups::detect_beside(&c, &[spec("arm", &["upperarm_l", "lowerarm_l"])]).expect("good");
+    assert_eq!(family(&groups), ["arm<", "hand_l<arm"]);
+    assert_eq!((groups.groups[0].part, groups.groups[0].joints.len()), (None, 2));
+    // One limb renamed is that limb still.
+    let groups = FieldGroups::detect_beside(&c, &[spec("upper", &["upperarm_l"])]).expect("good");
+    assert_eq!(family(&groups), ["forearm_l<upper", "hand_l<forearm_l", "upper<"]);
+    assert_eq!(groups.groups[0].part, Some(BodyPart::UpperArm));
+    assert_eq!(folds(&groups), 1);
+    // A given name stays and the found one gives way.
+    let groups = FieldGroups::detect_beside(&c, &[spec("hand_l", &["lowerarm_l"])]).expect("good");
+    assert!(family(&groups).iter().any(|f| f.starts_with("hand_l<upperarm_l")), "{:?}", family(&groups));
+}
+
+#[test]
+fn given_groups_that_do_not_fit_are_refused_by_name() {
+    let c = arm_with_finger();
+    let refused = |specs: &[GroupSpec]| FieldGroups::detect_beside(&c, specs).expect_err("does not fit").to_string();
+    let unknown = refused(&[spec("a", &["hand_l", "indx_01_l"])]);
+    assert!(
+        unknown.starts_with("group `a`: `indx_01_l` is not a joint") && unknown.contains("index_01_l"),
+        "{unknown}"
+    );
+    let twice = refused(&[spec("a", &["hand_l"]), spec("b", &["index_01_l", "hand_l"])]);
+    assert!(twice.starts_with("group `b`: joint `hand_l` stands in group `a` already"), "{twice}");
+    assert!(refused(&[spec("a", &["hand_l", "hand_l"])]).contains("stands in group `a` already"));
+    assert!(refused(&[spec("a", &[])]).starts_with("group `a`: it has no joints"));
+    let mut bare = c.clone();
+    let last = bare.joints.len() as u32;
+    let joint = bare.joints[5].clone();
+    bare.joints.push(Joint { name: "nail".into(), parent: Some(last - 1), ..joint });
+    let error = FieldGroups::detect_beside(&bare, &[spec("a", &["nail"])]).expect_err("no skin").to_string();
+    assert!(error.starts_with("group `a`: a moves too little skin"), "{error}");
+}

@@ -3,10 +3,11 @@
 use super::curve::{CurveTable, Exact, ShapeCurveTable};
 use super::place::Fault;
 use super::tables::{
-    ActiveTable, AngleTable, AttachmentTable, BoneTable, CollidesName, DriverTable, FibresTable, JointTable, KeysTable,
-    LengthTable, MuscleTable, TimeTable,
+    ActiveTable, AngleTable, AttachmentTable, BoneTable, CollidesName, DriverTable, FibresTable, GroupTable,
+    JointTable, KeysTable, LengthTable, MuscleTable, TimeTable,
 };
 use crate::error::is_unprintable;
+use crate::rig::GroupSpec;
 use crate::rig::muscle::check::{self, Wrong};
 use crate::rig::muscle::{
     Attachment, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, JointSpec, Keys,
@@ -128,6 +129,13 @@ pub(super) fn bone(table: BoneTable) -> Checked<BoneSpec> {
 /// One joint's operator; keys of faults are the table's own.
 pub(super) fn joint(joint: String, table: &JointTable) -> Checked<JointSpec> {
     Ok(JointSpec { joint: name("", joint)?, operator: table.operator.into() })
+}
+
+/// One field group; keys of faults are the table's own.
+pub(super) fn group(group: String, table: GroupTable) -> Checked<GroupSpec> {
+    let numbered = table.joints.into_iter().enumerate();
+    let joints = numbered.map(|(i, joint)| name(&format!("joints[{i}]"), joint)).collect::<Checked<_>>()?;
+    Ok(GroupSpec { name: name("", group)?, joints, separate: table.separate, passive: table.passive })
 }
 
 /// The character's name.

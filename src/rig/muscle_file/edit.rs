@@ -4,8 +4,8 @@ use super::write::{self, Detail};
 use super::{MuscleFile, SideNames, mirror, place};
 use crate::error::MuscleFileError;
 use crate::field::compose::JointOperator;
-use crate::rig::Character;
 use crate::rig::muscle::{BoneSpec, Drive, JointSpec, MuscleSpec};
+use crate::rig::{Character, GroupSpec};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, TableLike, Value};
@@ -51,6 +51,8 @@ pub struct Mirrored {
     pub bones: Vec<String>,
     /// Joints whose operator was added or brought in line.
     pub joints: Vec<String>,
+    /// Field groups that were added or brought in line.
+    pub groups: Vec<String>,
     /// Muscles without a partner: no pattern matches their names.
     pub alone: Vec<String>,
 }
@@ -122,6 +124,14 @@ impl Document {
         self.change(|document| document.put_joint(joint, operator))
     }
 
+    /// Gives a field group, in place of the one of its name.
+    ///
+    /// # Errors
+    /// A file that would no longer be good; it is then left as it was.
+    pub fn set_group(&mut self, spec: &GroupSpec) -> Result<(), MuscleFileError> {
+        self.change(|document| document.put_group(spec))
+    }
+
     /// Copies settings from one muscle to others.
     ///
     /// # Errors
@@ -174,6 +184,11 @@ impl Document {
             mirror::joint(spec, character, names).map_err(located)
         });
         let joints = joints.collect::<Result<Vec<JointSpec>, _>>()?;
+        let groups = file.groups.iter().filter(|spec| names.partner(&spec.name).is_some()).map(|spec| {
+            let located = |what: String| place::at_key(&file.text, &self.path, &place::of_group(&spec.name), &what);
+            mirror::group(spec, character, names).map_err(located)
+        });
+        let groups = groups.collect::<Result<Vec<GroupSpec>, _>>()?;
         self.change(|document| {
             for (source, partner) in &pairs {
                 if let Some(old) = file.muscle(&partner.name) {
@@ -200,6 +215,10 @@ impl Document {
             for partner in joints {
                 document.put_joint(&partner.joint, partner.operator)?;
                 done.joints.push(partner.joint);
+            }
+            for partner in groups {
+                document.put_group(&partner)?;
+                done.groups.push(partner.name);
             }
             Ok(())
         })?;
@@ -232,19 +251,27 @@ impl Document {
     }
 
     fn put_joint(&mut self, joint: &str, operator: JointOperator) -> Result<(), String> {
+        let mut table = Table::new();
+        table.insert("operator", toml_edit::value(operator.name()));
+        self.put_named("joints", joint, table)
+    }
+
+    fn put_group(&mut self, spec: &GroupSpec) -> Result<(), String> {
+        self.put_named("groups", &spec.name, write::group(spec))
+    }
+
+    /// Brings the table of a name in line, or adds it.
+    fn put_named(&mut self, kind: &str, name: &str, mut table: Table) -> Result<(), String> {
         let mut all = Table::new();
         all.set_implicit(true);
-        let form = || "`joints` is no table; write [joints.NAME] for each joint".to_owned();
-        let joints = self.tree.entry("joints").or_insert(Item::Table(all)).as_table_like_mut().ok_or_else(form)?;
-        let name = toml_edit::value(operator.name());
-        if let Some(stands) = joints.get_mut(joint) {
-            put(stands.as_table_like_mut().ok_or_else(form)?, "operator", &name);
+        let form = || format!("`{kind}` is no table; write [{kind}.NAME] for each");
+        let tables = self.tree.entry(kind).or_insert(Item::Table(all)).as_table_like_mut().ok_or_else(form)?;
+        if let Some(stands) = tables.get_mut(name) {
+            merge(stands.as_table_like_mut().ok_or_else(form)?, &table, &table);
             return Ok(());
         }
-        let mut table = Table::new();
         table.decor_mut().set_prefix("\n");
-        table.insert("operator", name);
-        joints.insert(joint, Item::Table(table));
+        tables.insert(name, Item::Table(table));
         Ok(())
     }
 

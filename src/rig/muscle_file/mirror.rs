@@ -2,8 +2,8 @@
 
 use super::SideNames;
 use crate::error::MuscleError;
-use crate::rig::Character;
 use crate::rig::muscle::{Attachment, BodySide, BoneShape, BoneSpec, JointSpec, MuscleSpec, Source};
+use crate::rig::{Character, GroupSpec};
 use glam::{DMat4, DVec3, Vec3};
 
 /// Numbers are written to the micrometre: finer ones only make a file hard to read.
@@ -70,6 +70,16 @@ pub(super) fn joint(spec: &JointSpec, character: &Character, names: &SideNames) 
     let joint = names.other(&spec.joint);
     Across::new(character, &spec.joint, &joint)?;
     Ok(JointSpec { joint, operator: spec.operator })
+}
+
+/// The partner of a field group; `Err` names what is missing.
+pub(super) fn group(spec: &GroupSpec, character: &Character, names: &SideNames) -> Result<GroupSpec, String> {
+    let across = |joint: &String| {
+        let other = names.other(joint);
+        Across::new(character, joint, &other).map(|_| other)
+    };
+    let joints = spec.joints.iter().map(across).collect::<Result<_, _>>()?;
+    Ok(GroupSpec { name: names.other(&spec.name), joints, ..spec.clone() })
 }
 
 /// From one bone's space through the mirror into its partner's.

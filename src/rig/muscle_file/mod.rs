@@ -21,10 +21,10 @@ pub use edit::{Document, Mirrored, Settings};
 pub use names::SideNames;
 pub use schema::schema;
 
-use crate::error::{BoneError, MuscleError, MuscleFileError, one_line};
-use crate::rig::Character;
+use crate::error::{BoneError, GroupError, MuscleError, MuscleFileError, one_line};
 use crate::rig::drive::load_tables;
 use crate::rig::muscle::{BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint};
+use crate::rig::{Character, FieldGroups, GroupSpec};
 use place::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
@@ -46,6 +46,8 @@ pub struct MuscleFile {
     pub bones: Vec<BoneSpec>,
     /// Joints whose operator the file gives, by name.
     pub joints: Vec<JointSpec>,
+    /// Field groups that the file gives, by name.
+    pub groups: Vec<GroupSpec>,
     /// What is odd but accepted, one line each, with file, line and column.
     pub notes: Vec<String>,
     path: PathBuf,
@@ -91,12 +93,13 @@ pub fn parse(text: &str, path: &Path) -> Result<MuscleFile, MuscleFileError> {
     let character = character.map_err(|fault| placed(fault.within("character", "the character")))?;
     let (muscles, bones) = specs(file.muscles, file.bones).map_err(placed)?;
     let joints = joints(file.joints).map_err(placed)?;
+    let groups = groups(file.groups).map_err(placed)?;
     let notes = muscles.iter().enumerate().flat_map(|(i, spec)| {
         let whose = format!("muscle `{}`", spec.name);
         convert::notes(spec).into_iter().map(move |note| note.within(&format!("muscle[{i}]"), &whose))
     });
     let notes = notes.take(MAX_NOTES).map(|note| placed(note).to_string()).collect();
-    Ok(MuscleFile { character, muscles, bones, joints, notes, path: path.into(), text: text.into() })
+    Ok(MuscleFile { character, muscles, bones, joints, groups, notes, path: path.into(), text: text.into() })
 }
 
 /// Notes that are kept: finding each one's line reads the file again, and nobody reads more of them.
@@ -144,6 +147,14 @@ fn joints(tables: BTreeMap<String, tables::JointTable>) -> Result<Vec<JointSpec>
     tables.into_iter().map(joint).collect()
 }
 
+fn groups(tables: BTreeMap<String, tables::GroupTable>) -> Result<Vec<GroupSpec>, Fault> {
+    let group = |(name, table): (String, tables::GroupTable)| {
+        let (place, whose) = (place::of_group(&name), format!("group `{}`", one_line(&name)));
+        convert::group(name, table).map_err(|fault| fault.within(&place, &whose))
+    };
+    tables.into_iter().map(group).collect()
+}
+
 impl MuscleFile {
     /// The file's path, as it was given.
     pub fn path(&self) -> &Path {
@@ -166,6 +177,14 @@ impl MuscleFile {
     pub fn locate_bone(&self, error: &BoneError) -> MuscleFileError {
         let (bone, key) = error.place();
         let key = place::bone_index(&self.text, bone).map_or(String::new(), |i| format!("bone[{i}].{key}"));
+        place::at_key(&self.text, &self.path, &key, &error.to_string())
+    }
+
+    /// What is wrong with a field group, with the line and column of the value in this file.
+    pub fn locate_group(&self, error: &GroupError) -> MuscleFileError {
+        let (group, key) = error.place();
+        let place = place::of_group(group);
+        let key = if key.is_empty() { place } else { format!("{place}.{key}") };
         place::at_key(&self.text, &self.path, &key, &error.to_string())
     }
 
@@ -196,6 +215,9 @@ impl MuscleFile {
         for spec in &self.bones {
             find_joint(&spec.bone, character)
                 .map_err(|nearest| self.locate_bone(&BoneError::UnknownBone { bone: spec.bone.clone(), nearest }))?;
+        }
+        if !self.groups.is_empty() {
+            FieldGroups::detect_beside(character, &self.groups).map_err(|error| self.locate_group(&error))?;
         }
         Ok(())
     }

@@ -16,7 +16,8 @@ impl MuscleFile {
             notes.push(Fault::new("character.name", what));
         }
         if !self.muscles.is_empty() {
-            let groups = FieldGroups::detect(character);
+            // Groups that do not fit are an error elsewhere.
+            let groups = FieldGroups::detect_beside(character, &self.groups).unwrap_or_default();
             let passive: BTreeSet<&str> = groups
                 .groups
                 .iter()

@@ -68,6 +68,11 @@ pub(super) fn of_joint(name: &str) -> String {
     format!("joints.\"{name}\"")
 }
 
+/// The key of a field group's table.
+pub(super) fn of_group(name: &str) -> String {
+    format!("groups.\"{name}\"")
+}
+
 fn index(text: &str, tables: &str, key: &str, wanted: &str) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;
     let entries = document.get_ref().get(tables)?.get_ref().as_array()?;

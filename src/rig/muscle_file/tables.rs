@@ -26,6 +26,9 @@ pub(super) struct File {
     /// How limbs are joined, by the name of the joint between them: that of the limb farther from the body.
     #[serde(default)]
     pub joints: BTreeMap<String, JointTable>,
+    /// Field groups in place of those that are found, by name.
+    #[serde(default)]
+    pub groups: BTreeMap<String, GroupTable>,
 }
 
 /// The character.
@@ -268,6 +271,20 @@ pub(super) enum EaseName {
     Linear,
     Step,
     Cubic,
+}
+
+/// A field group.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GroupTable {
+    /// The joints that share one field; what hangs below them and would have shared theirs goes with them.
+    pub joints: Vec<String>,
+    /// Whether each of the joints has a field of its own instead, under its own name; false where nothing is said.
+    #[serde(default)]
+    pub separate: bool,
+    /// Whether vertices bound almost wholly to the group follow linear skinning; as found where nothing is said: so they do on
+    /// heads, hands and feet.
+    pub passive: Option<bool>,
 }
 
 /// A joint.

@@ -190,11 +190,13 @@ fn wanted_words(wanted: &str, place: &Place) -> String {
             return format!("a whole number from {} to {}", range.start(), range.end());
         }
         "f32" => "a number",
+        "a map" if key == "groups" => "a table, [groups.NAME] for each group",
         "a map" => "a table, [joints.NAME] for each joint",
         "a boolean" => "true or false",
         "a string" => "text in quotes",
         "a sequence" => match key {
             "collides" => "a list, [\"bones\", \"muscles\", \"skin\"]",
+            "joints" => "a list of joints' names, [\"index_01_l\", ..]",
             "drivers" => "a list of drivers, [{ length = {} }, ..]",
             "origin_line" | "insertion_line" => "a list of points, [[x, y, z], ..]",
             "activation" | "eccentricity" | "width" | "stiffness" => "a key, [seconds, value]",

@@ -1,5 +1,6 @@
 //! From muscles to the file's tables.
 
+use crate::rig::GroupSpec;
 use crate::rig::muscle::{
     Attachment, BodySide, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys,
     MuscleShape, MuscleSize, MuscleSpec, Source,
@@ -230,4 +231,17 @@ fn vector(v: Vec3) -> Value {
 fn number(x: f32) -> Value {
     // Every f32 in decimal is a number; 0 + x turns -0 into 0, which nobody means.
     Value::from(format!("{:e}", 0.0 + x).parse::<f64>().unwrap_or(f64::from(x)))
+}
+
+/// A field group's table.
+pub(super) fn group(spec: &GroupSpec) -> Table {
+    let mut table = Table::new();
+    table.insert("joints", toml_edit::value(spec.joints.iter().map(String::as_str).collect::<Array>()));
+    if spec.separate {
+        table.insert("separate", toml_edit::value(true));
+    }
+    if let Some(passive) = spec.passive {
+        table.insert("passive", toml_edit::value(passive));
+    }
+    table
 }

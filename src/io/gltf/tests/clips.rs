@@ -212,7 +212,10 @@ fn motions_are_chosen_by_keyword_name_and_index() {
     assert_eq!(scene.choose_clip(Some("default")), Ok(ClipChoice::Default));
     let error = scene.choose_clip(Some("run\n")).unwrap_err();
     assert!(matches!(error, ClipError::Unknown { .. }));
-    assert_eq!(error.to_string(), "test.glb: there is no clip `run `; choose rest, default, 0 `walk`, 1 `0`, 2 `rest`");
+    assert_eq!(
+        error.to_string(),
+        "test.glb: there is no clip `run `; choose rest, default, 0 `walk`, 1 `0`, 2 `rest`, test:elbow"
+    );
     assert!(scene.choose_clip(Some("3")).is_err());
 }
 

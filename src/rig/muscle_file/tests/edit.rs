@@ -4,7 +4,7 @@ use crate::rig::muscle::{
     Attachment, BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
     MuscleSize, ShapeCurve,
 };
-use crate::rig::{Character, Joint};
+use crate::rig::{Character, GroupSpec, Joint};
 use glam::{EulerRot, Mat4, Quat, Vec3};
 use proptest::prelude::*;
 
@@ -369,4 +369,36 @@ fn joints_are_set_in_place_and_mirrored() {
     let mut inline = document("joints = { a = { operator = \"union\" } }\n");
     inline.set_joint("b", JointOperator::Blend).expect("set");
     assert_eq!(inline.file().expect("good").joints.len(), 2, "{inline}");
+}
+
+#[test]
+fn groups_are_set_in_place_kept_and_mirrored() {
+    let groups = "[groups.\"fore.arm_l\"] # the cuff\njoints   = [\"arm_l\"]   # alone\nseparate = true\n";
+    let text = format!("{LEFT}\n{groups}");
+    let mut edited = document(&text);
+    assert_eq!(edited.to_string(), text);
+    edited.set("biceps_l", "stiffness", "0.5").expect("set");
+    assert!(edited.to_string().ends_with(groups), "{edited}");
+
+    let given = |name: &str, joint: &str| GroupSpec {
+        name: name.into(),
+        joints: vec![joint.into()],
+        separate: true,
+        passive: None,
+    };
+    let mut edited = document(&text);
+    let read = edited.file().expect("good").groups;
+    assert_eq!(read, [given("fore.arm_l", "arm_l")]);
+    edited.set_group(&read[0]).expect("set");
+    assert_eq!(edited.to_string(), text, "what is the same stays as it is written");
+    edited.set_group(&GroupSpec { passive: Some(true), ..read[0].clone() }).expect("set");
+    assert_eq!(edited.to_string(), format!("{text}passive = true\n"), "comments stay");
+    let done = edited.mirror(&two_arms(), &SideNames::left_to_right()).expect("mirrored");
+    assert_eq!(done.groups, ["fore.arm_r"]);
+    let other = GroupSpec { passive: Some(true), ..given("fore.arm_r", "arm_r") };
+    assert_eq!(edited.file().expect("good").groups[1], other);
+    assert!(edited.set_group(&given("", "arm_l")).is_err() && edited.set_group(&given("x", "")).is_err());
+    let mut fresh = document(LEFT);
+    fresh.set_group(&GroupSpec { separate: false, ..given("arm", "arm_l") }).expect("set");
+    assert_eq!(fresh.to_string(), format!("{LEFT}\n[groups.arm]\njoints = [\"arm_l\"]\n"));
 }

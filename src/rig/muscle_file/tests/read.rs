@@ -444,3 +444,43 @@ fn mistakes_at_joints_name_line_and_column() {
     let message = checked("arm.l2").expect_err("no such joint").to_string();
     assert!(message.starts_with("arm.muscles.toml:2:") && message.contains("nearest names: arm.L"), "{message}");
 }
+
+#[test]
+fn groups_are_read_by_name_and_mistakes_name_line_and_column() {
+    let text =
+        "[groups.\"arm.L\"]\njoints = [\"a\", \"b\"]\nseparate = true\n[groups.b]\njoints = [\"c\"]\npassive = false\n";
+    let found = read_text(text).groups;
+    let names: Vec<&str> = found.iter().map(|group| group.name.as_str()).collect();
+    assert_eq!(names, ["arm.L", "b"]);
+    assert!(found[0].joints == ["a", "b"] && found[0].separate && found[0].passive.is_none());
+    assert!(found[1].joints == ["c"] && !found[1].separate && found[1].passive == Some(false));
+    assert!(read_text(GOOD).groups.is_empty());
+    for (text, start) in [
+        ("[groups.a]\njoint = []", "2:1: unknown key `joint`; did you mean `joints`?"),
+        ("[groups.a]", "1:1: key `joints` of `a` is missing"),
+        ("[groups.a]\njoints = \"b\"", "2:10: `joints` is the text \"b\", and must be a list of joints' names"),
+        ("[groups.a]\njoints = [3]", "2:11: an item of `joints` is 3, and must be text in quotes"),
+        ("[groups.a]\njoints = [\"b\"]\nseparate = 1", "3:12: `separate` is 1, and must be true or false"),
+        ("groups = 3", "1:10: `groups` is 3, and must be a table, [groups.NAME]"),
+        ("[groups.a]\njoints = [\"\"]", "2:11: group `a`: "),
+        ("[groups.\"\"]\njoints = [\"b\"]", "1:"),
+    ] {
+        let message = failure(text);
+        assert!(message.starts_with(&format!("arm.muscles.toml:{start}")), "{message}");
+    }
+    let joint =
+        |name: &str| crate::rig::Joint { name: name.into(), parent: None, node: 0, inverse_bind: glam::Mat4::IDENTITY };
+    let character = crate::rig::Character { joints: vec![joint("arm"), joint("hand")], ..Default::default() };
+    for (text, start) in [
+        ("[groups.\"a.b\"]\njoints = [\"arm\", \"hnd\"]", "2:18: group `a.b`: `hnd` is not a joint"),
+        (
+            "[groups.a]\njoints = [\"arm\"]\n[groups.b]\njoints = [\"arm\"]",
+            "4:11: group `b`: joint `arm` stands in group `a`",
+        ),
+        ("[groups.a]\njoints = []", "2:10: group `a`: it has no joints"),
+        ("\n[groups.a]\njoints = [\"arm\"]", "2:1: group `a`: a moves too little skin"),
+    ] {
+        let message = read_text(text).check(&character).expect_err("does not fit").to_string();
+        assert!(message.starts_with(&format!("arm.muscles.toml:{start}")), "{message}");
+    }
+}
