@@ -93,7 +93,7 @@ fn any_axis_may_be_up() {
     let axes = roles.axes.expect("axes");
     assert!(axes.up.dot(Vec3::Y) > 0.99 && axes.forward.dot(Vec3::Z) > 0.99 && axes.left.dot(Vec3::X) > 0.99);
     for turn in [
-        Quat::from_rotation_x(1.5707),
+        Quat::from_rotation_x(std::f32::consts::FRAC_PI_2),
         Quat::from_rotation_z(-2.0),
         Quat::from_euler(Default::default(), 1.0, 2.0, 3.0),
     ] {
