@@ -3,6 +3,7 @@
 mod bad_input;
 mod characters;
 mod explain;
+mod extract;
 mod figures;
 mod muscle_meshes;
 mod muscle_plots;

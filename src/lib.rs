@@ -3,6 +3,7 @@
 pub mod clip;
 pub mod dynamics;
 pub mod error;
+pub mod extract;
 pub mod field;
 #[cfg(feature = "figures")]
 pub mod figures;

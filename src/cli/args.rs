@@ -42,6 +42,8 @@ pub enum Verb {
     Parity(Parity),
     /// Check a muscle file against its character, line by line
     Validate(Validate),
+    /// Find the muscles of arms and legs in the skin, and write them as a muscle file
+    Extract(Extract),
     /// Edit a muscle file (mirror, copy; comments and order stay), or plot what its muscles do over a clip
     Muscles(Muscles),
     /// Print the JSON Schema of the muscle file
@@ -259,6 +261,20 @@ pub struct Validate {
     /// The muscles: NAME.muscles.toml
     #[arg(long, value_name = "FILE")]
     pub muscles: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `extract`.
+#[derive(Debug, Group)]
+pub struct Extract {
+    /// The character: .glb, or .gltf with its files beside it
+    #[arg(value_name = "IN")]
+    pub file: PathBuf,
+    /// The muscle file to write: NAME.muscles.toml
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,

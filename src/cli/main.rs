@@ -13,6 +13,7 @@ mod demo;
 mod device;
 mod doctor;
 mod explain;
+mod extract;
 mod failure;
 mod figures;
 mod inspect;
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         Verb::Bake(bake) => bake::run(bake),
         Verb::Parity(parity) => parity::run(parity),
         Verb::Validate(validate) => validate::run(validate),
+        Verb::Extract(extract) => extract::run(extract),
         Verb::Muscles(muscles) => muscles::run(muscles),
         Verb::Schema => schema::run(),
         Verb::Figures(figures) => figures::run(figures),

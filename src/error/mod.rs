@@ -2,6 +2,7 @@
 
 mod clip;
 mod device;
+mod extract;
 mod field;
 mod figure;
 mod gltf;
@@ -12,6 +13,7 @@ mod table;
 
 pub use clip::ClipError;
 pub use device::DeviceError;
+pub use extract::ExtractError;
 pub use field::{FieldError, HrbfError, MeshDistanceError};
 pub use figure::FigureError;
 pub use gltf::GltfError;

@@ -1,0 +1,124 @@
+//! `sinew extract`: muscles found in the skin, as a muscle file. Needs no adapter and fits no fields.
+
+use crate::args;
+use crate::failure::Failure;
+use crate::print;
+use serde::Serialize;
+use sinew::extract::{self, Extracted, limb::Verdict};
+use sinew::io::atomic::WholeFile;
+use sinew::rig::{MuscleSize, muscle_file::Document, roles::Roles};
+use std::path::PathBuf;
+use std::time::Instant;
+
+#[derive(Serialize)]
+struct Report {
+    character: String,
+    output: PathBuf,
+    muscles: Vec<Muscle>,
+    sections: usize,
+    planes_without_outline: usize,
+    ridges: usize,
+    joints: usize,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct Muscle {
+    name: String,
+    bone: String,
+    degrees: f64,
+    sections: usize,
+    width_metres: f32,
+    alpha: u32,
+    beta: u32,
+    profile_rms_millimetres: f64,
+    ellipse_rms_millimetres: f64,
+    confidence: f64,
+}
+
+pub fn run(args: &args::Extract) -> Result<(), Failure> {
+    let scene = sinew::io::gltf::read(&args.file).map_err(Failure::input)?;
+    let started = Instant::now();
+    let roles = Roles::find(&scene.character);
+    let extraction = extract::extract(&scene.character, &roles).map_err(Failure::input)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let mut document = Document::parse(&head(&scene.character.name), &args.output).map_err(Failure::input)?;
+    for muscle in &extraction.muscles {
+        document.add(&muscle.spec).map_err(Failure::input)?;
+    }
+    let mut file = WholeFile::create(&args.output).map_err(Failure::input)?;
+    file.put(document.to_string().as_bytes()).map_err(Failure::input)?;
+    file.finish().map_err(Failure::input)?;
+    let regions = || extraction.regions.iter().map(|(_, found)| found);
+    let verdicts = |wanted| regions().flat_map(|found| &found.bellies).filter(|(_, v)| *v == wanted).count();
+    let report = Report {
+        character: scene.character.name.clone(),
+        output: args.output.clone(),
+        muscles: extraction.muscles.iter().map(muscle).collect(),
+        sections: regions().map(|found| found.sections.len()).sum(),
+        planes_without_outline: regions().map(|found| found.rejected).sum(),
+        ridges: verdicts(Verdict::Ridge),
+        joints: verdicts(Verdict::Joint),
+        seconds,
+    };
+    print::noted(args.json, &report, &scene.notes, text)
+}
+
+fn head(character: &str) -> String {
+    let name = toml_edit_string(character);
+    format!(
+        "# Muscles that `sinew extract` found in the skin. Lengths are metres, offsets and normals in the bone's own space.\n\
+         # Names are proposals. Edit what you know better.\n\n[character]\nname = {name}\n"
+    )
+}
+
+/// A string as the file spells it.
+fn toml_edit_string(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn muscle(found: &Extracted) -> Muscle {
+    let width_metres = match found.spec.size {
+        MuscleSize::Width(width) => width,
+        MuscleSize::Volume(_) => 0.0,
+    };
+    Muscle {
+        name: found.spec.name.clone(),
+        bone: found.spec.bone.clone(),
+        degrees: found.degrees,
+        sections: found.sections,
+        width_metres,
+        alpha: found.spec.rest.alpha,
+        beta: found.spec.rest.beta,
+        profile_rms_millimetres: found.profile_rms * 1e3,
+        ellipse_rms_millimetres: found.ellipse_rms * 1e3,
+        confidence: found.confidence,
+    }
+}
+
+fn text(report: &Report) -> String {
+    let mut text = format!(
+        "{}: {} muscles of the limbs, in {} sections ({} planes without an outline; {} bellies are bone, {} joints) in {:.2} s\n",
+        report.output.display(),
+        report.muscles.len(),
+        report.sections,
+        report.planes_without_outline,
+        report.ridges,
+        report.joints,
+        report.seconds
+    );
+    for m in &report.muscles {
+        text += &format!(
+            "  {}: on {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm off; confidence {:.2}\n",
+            m.name,
+            m.bone,
+            m.degrees,
+            m.width_metres * 100.0,
+            m.sections,
+            m.ellipse_rms_millimetres,
+            m.profile_rms_millimetres,
+            m.confidence
+        );
+    }
+    text
+}

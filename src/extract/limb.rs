@@ -1,0 +1,161 @@
+//! The planes across a character's limbs (prototypes 2), from where its joints are: shoulder, elbow, wrist, hip, knee, ankle.
+
+use super::{
+    chain::{Belly, Section, Settings, bellies, link},
+    section::{Cut, Plane, Surface, cut},
+};
+use crate::rig::{
+    Character,
+    groups::Side,
+    roles::{LimbRoles, Roles},
+};
+use glam::{DVec2, DVec3};
+
+/// Planes across a bone.
+pub const PLANES: usize = 33;
+/// The first and the last plane, in lengths of the bone.
+const FIRST: f64 = 0.02;
+/// A loop longer than this many medians goes round more than the limb.
+const LONGEST: f64 = 1.6;
+/// A ridge is bent more than this, and narrow: bone under skin.
+const RIDGE: f64 = 2.6;
+/// A belly whose peak is nearer to a joint than this, in lengths of the bone, is the joint's own shape.
+const JOINT_ZONE: f64 = 0.09;
+
+/// Which long bone it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Bone {
+    /// From shoulder to elbow.
+    UpperArm,
+    /// From elbow to wrist.
+    Forearm,
+    /// From hip to knee.
+    Thigh,
+    /// From knee to ankle.
+    Shin,
+}
+
+/// A long bone with the skin around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Region {
+    /// Which bone.
+    pub bone: Bone,
+    /// Its side, where the body has sides.
+    pub side: Option<Side>,
+    /// The joint that it turns with.
+    pub joint: u32,
+    /// The joint above it, and the one below, where there are some.
+    pub beside: [Option<u32>; 2],
+    /// Its ends, metres in scene space at rest.
+    pub ends_rest: [DVec3; 2],
+    /// The direction from which angles around it are counted: the body's front, or any.
+    pub front: DVec3,
+}
+
+impl Region {
+    /// The long bones of a character's limbs, arms first.
+    pub fn of(character: &Character, roles: &Roles) -> Vec<Region> {
+        let front = roles.axes.map_or(DVec3::Z, |axes| axes.forward.as_dvec3());
+        let bones = |limb: &LimbRoles, bones: [Bone; 2]| {
+            let places = limb.places.map(|p| p.as_dvec3());
+            let above = character.joints[limb.upper as usize].parent;
+            [
+                (bones[0], limb.upper, [above, Some(limb.lower)], [places[0], places[1]]),
+                (bones[1], limb.lower, [Some(limb.upper), limb.end], [places[1], places[2]]),
+            ]
+            .map(|(bone, joint, beside, ends_rest)| Region {
+                bone,
+                side: limb.side,
+                joint,
+                beside,
+                ends_rest,
+                front,
+            })
+        };
+        let arms = roles.arms.iter().flat_map(|limb| bones(limb, [Bone::UpperArm, Bone::Forearm]));
+        let legs = roles.legs.iter().flat_map(|limb| bones(limb, [Bone::Thigh, Bone::Shin]));
+        arms.chain(legs).filter(|region| region.length() > 1e-6).collect()
+    }
+
+    /// Metres.
+    pub fn length(&self) -> f64 {
+        self.ends_rest[0].distance(self.ends_rest[1])
+    }
+
+    /// Unit vector from its upper end to the lower one.
+    pub fn direction(&self) -> DVec3 {
+        (self.ends_rest[1] - self.ends_rest[0]).normalize()
+    }
+
+    fn settings(&self) -> Settings {
+        match self.bone {
+            Bone::UpperArm | Bone::Forearm => Settings::ARM,
+            Bone::Thigh | Bone::Shin => Settings::LEG,
+        }
+    }
+}
+
+/// What the planes across a region found.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Sections whose outline goes round the bone.
+    pub sections: Vec<Section>,
+    /// Their bellies, muscles or not.
+    pub bellies: Vec<(Belly, Verdict)>,
+    /// Planes without such an outline: the skin is open there, or another part of the body is in the way.
+    pub rejected: usize,
+}
+
+/// What a belly is taken for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// A muscle.
+    Muscle,
+    /// A bone's ridge under the skin.
+    Ridge,
+    /// A joint's own shape.
+    Joint,
+}
+
+/// Cuts the skin across a region, and finds the bellies in its outlines.
+pub fn search(surface: &Surface, region: &Region) -> Found {
+    let settings = region.settings();
+    let plane = |k: usize| {
+        let share = FIRST + (1.0 - 2.0 * FIRST) * k as f64 / (PLANES - 1) as f64;
+        let origin = region.ends_rest[0].lerp(region.ends_rest[1], share);
+        Plane::across(origin, region.direction(), region.front)
+    };
+    let cuts: Vec<(usize, Plane, Cut)> = (0..PLANES)
+        .filter_map(|k| {
+            let plane = plane(k);
+            let round = cut(surface, &plane).into_iter().filter(|cut| cut.surrounds(DVec2::ZERO));
+            round.min_by(|a, b| a.length().total_cmp(&b.length())).map(|cut| (k, plane, cut))
+        })
+        .collect();
+    let mut lengths: Vec<f64> = cuts.iter().map(|(.., cut)| cut.length()).collect();
+    lengths.sort_by(f64::total_cmp);
+    let longest = lengths.get(lengths.len() / 2).map_or(0.0, |median| median * LONGEST);
+    let limb = cuts.iter().filter(|(.., cut)| cut.length() <= longest);
+    let sections: Vec<Section> =
+        limb.filter_map(|(k, plane, cut)| Section::new(*k, *plane, cut, &settings).ok()).collect();
+    let chains = link(&sections, &settings);
+    let bellies = chains.iter().flat_map(|chain| bellies(&sections, chain));
+    let bellies: Vec<(Belly, Verdict)> =
+        bellies.map(|belly| (judge(&sections, &belly, region), belly)).map(|(v, b)| (b, v)).collect();
+    Found { rejected: PLANES - sections.len(), sections, bellies }
+}
+
+/// What a belly is: the body's bones and joints stand out more than its muscles do.
+fn judge(sections: &[Section], belly: &Belly, region: &Region) -> Verdict {
+    let (_, out) = belly.reach(sections);
+    let chord = |k: usize| out[0] + (out[out.len() - 1] - out[0]) * k as f64 / (out.len() - 1) as f64;
+    let peak = (0..out.len()).max_by(|&a, &b| (out[a] - chord(a)).total_cmp(&(out[b] - chord(b)))).unwrap_or(0);
+    let share = FIRST + (1.0 - 2.0 * FIRST) * sections[belly.links[peak].section].number as f64 / (PLANES - 1) as f64;
+    if belly.sharpness > RIDGE {
+        Verdict::Ridge
+    } else if share.min(1.0 - share) < JOINT_ZONE && belly.length < 0.5 * region.length() {
+        Verdict::Joint
+    } else {
+        Verdict::Muscle
+    }
+}
