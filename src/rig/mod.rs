@@ -22,7 +22,7 @@ pub use drive::{Drives, Effort, MuscleParameters, ShapeBlend};
 pub use fold_patch::{FoldPatch, FoldTriangle};
 pub use frame::{FrameInputs, JointFrame, group_frames};
 pub use groups::FieldGroups;
-pub use muscle::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
+pub use muscle::{Around, Attachment, MuscleShape, MuscleSize, MuscleSpec, Wrap};
 pub use skin_graph::{SkinEdge, SkinGraph};
 pub use targets::{NO_JOINT, Reach, Role, Targets, Unheld, VertexTarget};
 pub use topology::Topology;
