@@ -102,9 +102,11 @@ fn height(from: f32, to: f32, contact: &Contact) -> f32 {
     from + (to - from) * ((contact.legs[0] + 0.5 * contact.radius * contact.angle) / contact.length())
 }
 
-/// How far a ball's side has fallen back from its widest circle at a height over it, to the second order; the ball's own side
-/// gets steeper without end, and a muscle would slip off in one frame.
+/// How far a bone's end has fallen back from the bone at a height over it: at first as a ball does, to the second order, and
+/// then no steeper than at half a right angle, for a ball's own side gets steeper without end, and a muscle would slip off in
+/// one frame.
 #[inline]
 fn sink(height: f32, radius: f32) -> f32 {
-    height * height / (2.0 * radius)
+    let round = height.min(radius);
+    round * round / (2.0 * radius) + (height - round)
 }

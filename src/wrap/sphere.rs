@@ -5,11 +5,10 @@ use super::{CLEARANCE, WrapPath, circle};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// How far on its own side of the centre a straight line has to pass for its path to lie in the plane through the centre, in
-/// radii. Nearer than that the plane is turned towards the kept side: the plane through the centre turns without bound as the
-/// line passes it.
-const HOLD: f32 = 0.25;
-/// Shorter than this, metres, a path has no direction.
+/// How far on its own side of the centre a muscle has to pass for its path to lie in the plane through the centre: least sine
+/// of the angle between its ends, about the side's axis. Nearer to the line through the centre that plane turns without bound.
+const HOLD: f32 = 0.2;
+/// Ends nearer to the centre than this, metres, have no direction.
 const SHORT: f32 = 1e-6;
 /// Lines that pass the centre nearer than this, in radii, do not say on which side the muscle lies.
 const THROUGH: f32 = 1e-3;
@@ -37,8 +36,9 @@ impl Side {
             return None;
         }
         let axis = towards.cross(along).normalize();
-        let plane = Plane::of(origin, along, axis, radius);
-        let swept = circle::swept(plane.flat(origin), plane.flat(insertion), 0.0);
+        let [x, y, _] = axes(origin, insertion, axis);
+        let flat = |point: Vec3| Vec2::new(point.dot(x), point.dot(y));
+        let swept = circle::swept(flat(origin), flat(insertion), 0.0);
         Some(Side { axis, swept: if swept < 0.0 { PI } else { swept } })
     }
 }
@@ -54,57 +54,38 @@ pub fn pushed_out(point: Vec3, radius: f32) -> Vec3 {
     if away > 0.0 { point * (out / away) } else { Vec3::X * out }
 }
 
-/// The plane of a path, through both ends.
-struct Plane {
-    /// Unit vectors: from the centre to the kept side, along the straight line, and the plane's normal.
-    axes: [Vec3; 3],
-    /// Distance of the plane from the centre, along its normal.
-    off: f32,
-}
-
-impl Plane {
-    /// The plane of the straight line through `origin` along the unit vector `along`: that through the centre where the line
-    /// passes it on the side that turns about `axis`.
-    #[inline]
-    fn of(origin: Vec3, along: Vec3, axis: Vec3, radius: f32) -> Plane {
-        let foot = origin - along * origin.dot(along);
-        let kept = along.cross(axis);
-        let size = kept.length();
-        let mut side = foot;
-        if size > SHORT {
-            let kept = kept * (1.0 / size);
-            side += kept * (HOLD * radius - foot.dot(kept)).max(0.0);
-        }
-        let size = side.length();
-        // A line along the axis through the centre: any plane will do.
-        let side = if size > SHORT * radius { side * (1.0 / size) } else { along.any_orthonormal_vector() };
-        let normal = side.cross(along);
-        Plane { axes: [side, along, normal], off: foot.dot(normal) }
-    }
-
-    #[inline]
-    fn flat(&self, point: Vec3) -> Vec2 {
-        Vec2::new(point.dot(self.axes[0]), point.dot(self.axes[1]))
-    }
+/// Unit vectors at right angles, the last one the axis about which a path turns: the normal of the plane through both ends and
+/// the centre, or beyond [`HOLD`] an axis nearer to the kept one.
+///
+/// A cylinder about any axis through the centre has the sphere within it, so a path round it is outside; about the normal it is
+/// the sphere's own shortest path.
+#[inline]
+fn axes(origin: Vec3, insertion: Vec3, kept: Vec3) -> [Vec3; 3] {
+    let size = origin.length() * insertion.length();
+    let normal = if size > SHORT * SHORT { origin.cross(insertion) * (1.0 / size) } else { Vec3::ZERO };
+    let turn = normal + kept * (2.0 * (HOLD - normal.dot(kept)).max(0.0));
+    let axis = turn * (1.0 / turn.length());
+    let side = origin - axis * origin.dot(axis);
+    let length = side.length();
+    let side = if length > SHORT { side * (1.0 / length) } else { axis.any_orthonormal_vector() };
+    [side, axis.cross(side), axis]
 }
 
 /// The path from `origin` to `insertion` round a sphere of `radius` (of the joint and half the muscle's thickness), both in
 /// its frame, metres.
 ///
-/// It is the shortest one as long as the straight line passes the centre on the kept side by a quarter of the radius, or the
-/// joint turns about the side's own axis; else it goes over the kept side in a plane beside the centre, and off sideways where
-/// the line passes beside the sphere. Ends inside are moved out.
+/// It is the shortest one as long as it turns about the side's axis by less than half a turn, or the joint turns about that
+/// axis alone; past the line through the centre it is held on its side like a muscle on a hinge's cylinder, which has no
+/// room for an end nearer to that axis than the radius: the cylinder gets thinner. Ends inside the sphere are moved out.
 pub fn path(origin: Vec3, insertion: Vec3, radius: f32, side: &Side) -> WrapPath {
     let (origin, insertion) = (pushed_out(origin, radius), pushed_out(insertion, radius));
-    let along = insertion - origin;
-    let length = along.length();
-    if length < SHORT {
-        return WrapPath::straight(origin, insertion);
-    }
-    let plane = Plane::of(origin, along * (1.0 / length), side.axis, radius);
-    let section = ((radius - plane.off) * (radius + plane.off)).max(0.0).sqrt();
-    match circle::around(plane.flat(origin), plane.flat(insertion), section, side.swept) {
-        Some(contact) => WrapPath::wound(origin, insertion, &contact, plane.axes[2] * plane.off, plane.axes),
+    let axes = axes(origin, insertion, side.axis);
+    let (from, to) = (
+        Vec2::new(origin.dot(axes[0]), origin.dot(axes[1])),
+        Vec2::new(insertion.dot(axes[0]), insertion.dot(axes[1])),
+    );
+    match circle::around(from, to, radius, side.swept) {
+        Some(contact) => WrapPath::wound(origin, insertion, &contact, Vec3::ZERO, axes),
         None => WrapPath::straight(origin, insertion),
     }
 }

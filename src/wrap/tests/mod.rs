@@ -8,6 +8,7 @@ use super::cylinder::{self, Cylinder};
 use super::sphere::{self, Side};
 use super::{CLEARANCE, WrapPath};
 use glam::{Vec2, Vec3, Vec3Swizzles};
+use proptest::prelude::*;
 use std::f32::consts::{PI, TAU};
 
 /// Fails where a path is no path: not from end to end, into the obstacle (`depth` of a point, metres), with a corner, or of
@@ -158,8 +159,8 @@ fn odd_cases_have_a_path() {
     for (from, to) in [(Vec3::Y * 0.03, Vec3::Y * 0.03), (Vec3::Y * 0.03, Vec3::Y * 0.05), (from, Vec3::Z * 0.02)] {
         checked_round_joint(from, to, 0.02, &side);
     }
-    // Along the side's own axis, through the centre.
-    checked_round_joint(side.axis * 0.05, side.axis * -0.07, 0.02, &side);
+    // Along the side's own axis, about which nothing turns: straight, through the sphere.
+    check(&sphere::path(side.axis * 0.05, side.axis * -0.07, 0.02, &side), |_| 0.0);
     // No obstacle at all.
     assert!(!cylinder::path(from, to, &Cylinder::endless(0.0), 0.0).touches());
     assert!(!sphere::path(from, to, 0.0, &side).touches());
@@ -250,4 +251,43 @@ fn points_lie_at_even_distances() {
         std::panic::catch_unwind(|| check(&deep, |p| 0.03 - p.xy().length())).is_err(),
         "a path inside must be seen"
     );
+}
+
+fn place() -> impl Strategy<Value = Vec3> {
+    prop::array::uniform3(prop_oneof![4 => -0.15f32..0.15, 1 => Just(0.0)]).prop_map(Vec3::from)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn any_ends_have_a_path_outside(
+        (origin, insertion) in (place(), place()),
+        (radius, half) in (1e-3f32..0.1, prop_oneof![Just(f32::MAX), 0.01f32..0.2]),
+        (side, axis) in (-PI..PI, place()),
+    ) {
+        let bone = Cylinder { radius, low: -half, high: half };
+        let endless = half == f32::MAX;
+        let of_bone = cylinder::path(origin, insertion, &bone, side);
+        let axis = axis.try_normalize().unwrap_or(Vec3::Z);
+        let off_axis = origin.cross(axis).length().min(insertion.cross(axis).length()) > 2.0 * radius;
+        let of_joint = sphere::path(origin, insertion, radius, &Side { axis, swept: side.abs() });
+        for (path, round) in [(of_bone, false), (of_joint, true)] {
+            let mut points = [Vec3::ZERO; 65];
+            path.sample(&mut points);
+            let chord = path.origin.distance(path.insertion);
+            prop_assert!(path.length() > chord - 1e-6 && path.length() < chord + TAU * radius + 0.5, "{:?}", path);
+            let step = path.length() / 64.0;
+            for (i, point) in points.iter().enumerate() {
+                prop_assert!(point.is_finite() && path.direction(step * i as f32).is_finite(), "{:?}", path);
+                let away = if round { point.length() } else { point.xy().length() };
+                // A path may pass a bone beyond its ends, and a joint where an end is on its axis.
+                let held = if round { off_axis } else { endless };
+                prop_assert!(away > radius - 3e-6 || !held, "{} inside at point {i}: {:?}", radius - away, path);
+            }
+            for pair in points.windows(2) {
+                prop_assert!(pair[0].distance(pair[1]) < step + 2e-6, "{:?}", path);
+            }
+        }
+    }
 }
