@@ -148,7 +148,7 @@ fn apart(moved: &impl Fn(f32) -> (Vec3, Vec3), axis: Vec3, radius: f32) -> bool 
 }
 
 proptest! {
-    // The same sweeps every time: past those angles a generic turn does find jumps, about one in a hundred.
+    // The same sweeps every time: past these angles generic turns do find jumps now and then.
     #![proptest_config(ProptestConfig {
         max_global_rejects: 100_000,
         failure_persistence: None,
