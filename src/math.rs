@@ -4,7 +4,7 @@
 //! and its kernel agree to the bit where the driver does not fuse multiplications and additions.
 
 use glam::{DMat3, DQuat, Mat4, Quat, Vec3, Vec4};
-use std::f32::consts::FRAC_PI_2;
+use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A Rust type with a WGSL counterpart of the same size and alignment.
 pub trait WgslType {
@@ -145,6 +145,20 @@ pub fn arc_sine(x: f32) -> f32 {
     FRAC_PI_2 - (1.0 - x).sqrt() * series
 }
 
+/// The angle of the vector `(x, y)`, radians, -pi..=pi, to 1e-6; 0 of no vector. Drivers' own `atan2` differ.
+#[inline]
+pub fn polar_angle(x: f32, y: f32) -> f32 {
+    let (across, up) = (x.abs(), y.abs());
+    let length = (x * x + y * y).sqrt();
+    if length < f32::MIN_POSITIVE {
+        return 0.0;
+    }
+    // The sine of the smaller of the angles to the two axes is where the arc sine is least steep.
+    let acute = if up <= across { arc_sine(up / length) } else { FRAC_PI_2 - arc_sine(across / length) };
+    let half = if x < 0.0 { PI - acute } else { acute };
+    if y < 0.0 { -half } else { half }
+}
+
 /// Sine and cosine of `x` in 0..=pi, to 2e-7: drivers' own differ, sums and products do not.
 #[inline]
 pub fn sine_cosine(x: f32) -> (f32, f32) {
@@ -234,6 +248,13 @@ mod tests {
             assert!((f64::from(sine) - angle.sin()).abs() < 3e-7, "sin {angle}: {sine}");
             assert!((f64::from(cosine) - angle.cos()).abs() < 3e-7, "cos {angle}: {cosine}");
         }
+        for i in -1800..=1800 {
+            let angle = f64::from(i) / 1800.0 * std::f64::consts::PI;
+            let (x, y) = ((3e-3 * angle.cos()) as f32, (3e-3 * angle.sin()) as f32);
+            let error = (f64::from(polar_angle(x, y)) - f64::from(y).atan2(f64::from(x))).abs();
+            assert!(error < 1e-6, "angle {angle}: off by {error}");
+        }
+        assert_eq!(polar_angle(0.0, 0.0), 0.0);
         assert!((arc_sine(0.5) - 0.5237).abs() > 5e-5, "a rounder value must be seen");
         assert_eq!((smoothstep(-1.0), smoothstep(0.5), smoothstep(2.0)), (0.0, 0.5, 1.0));
     }

@@ -1,7 +1,9 @@
 //! What can be said of a muscle without its character: the one place where its numbers have their bounds, for the muscle
 //! file as for specs that a program makes.
 
-use super::{Attachment, Curve, Drive, FibreSet, Keys, MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source};
+use super::{
+    Around, Attachment, Curve, Drive, FibreSet, Keys, MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source, Wrap,
+};
 use crate::error::MuscleError;
 use glam::Vec3;
 use std::ops::RangeInclusive;
@@ -36,6 +38,7 @@ pub(in crate::rig) fn muscle(spec: &MuscleSpec) -> Checked {
     }
     attachment("origin", &spec.origin)?;
     attachment("insertion", &spec.insertion)?;
+    spec.wrap.as_ref().map_or(Ok(()), wrap)?;
     spec.fibres.as_ref().map_or(Ok(()), fibres)?;
     whole("segments", spec.segments, MuscleSpec::SEGMENTS_RANGE)?;
     shape("", "rest_width", &spec.rest)?;
@@ -61,6 +64,18 @@ fn shape(table: &str, width: &str, shape: &MuscleShape) -> Checked {
 fn attachment(key: &str, end: &Attachment) -> Checked {
     point(&format!("{key}.offset"), end.offset)?;
     direction(&format!("{key}.normal"), end.normal)
+}
+
+fn wrap(wrap: &Wrap) -> Checked {
+    positive("wrap.radius", wrap.radius, "m")?;
+    if let Around::Bone { ends: Some([from, to]), .. } = wrap.around {
+        point("wrap.from", from)?;
+        point("wrap.to", to)?;
+        if (to - from).try_normalize().is_none() {
+            return Err(Wrong::new("wrap.to", "from and to are the same point; the bone lies between them"));
+        }
+    }
+    wrap.side.map_or(Ok(()), |side| point("wrap.side", side))
 }
 
 fn fibres(set: &FibreSet) -> Checked {

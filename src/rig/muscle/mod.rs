@@ -5,8 +5,8 @@ mod resolve;
 mod spec;
 
 pub use resolve::resolve;
-pub(in crate::rig) use resolve::{find_bone, find_driver_joint, find_joint, rest_input};
+pub(in crate::rig) use resolve::{find_bone, find_driver_joint, find_joint, find_wrap_joint, rest_input};
 pub use spec::{
-    Attachment, BodySide, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, JointSpec,
-    Keys, MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source,
+    Around, Attachment, BodySide, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet,
+    JointSpec, Keys, MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source, Wrap,
 };

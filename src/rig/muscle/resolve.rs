@@ -29,6 +29,7 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
         return Err(MuscleError::NoField { muscle: spec.name.clone(), bone: spec.bone.clone() });
     }
     check::muscle(spec).map_err(|wrong| wrong.of(spec))?;
+    find_wrap_joint(spec, character)?;
     let (origins, origin_normal) =
         ends(character, from, &spec.origin, spec.fibres.as_ref().map(|f| &f.origin_line), spec);
     let (insertions, insertion_normal) =
@@ -167,6 +168,17 @@ pub(in crate::rig) fn find_driver_joint(
         muscle: spec.name.clone(),
         key: format!("drivers[{number}].angle.joint"),
         what: format!("the driver's joint `{joint}` is not a joint of the character; nearest names: {nearest}"),
+    })
+}
+
+/// Index of the joint that a muscle lies round, or whose bone it does; nothing where it runs straight.
+pub(in crate::rig) fn find_wrap_joint(spec: &MuscleSpec, character: &Character) -> Result<Option<usize>, MuscleError> {
+    let Some(wrap) = &spec.wrap else { return Ok(None) };
+    let (key, name) = (wrap.around.key(), wrap.around.name());
+    find_joint(name, character).map(Some).map_err(|nearest| MuscleError::Value {
+        muscle: spec.name.clone(),
+        key: format!("wrap.{key}"),
+        what: format!("the wrap's {key} `{name}` is not a joint of the character; nearest names: {nearest}"),
     })
 }
 

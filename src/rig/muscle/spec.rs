@@ -227,6 +227,49 @@ impl Default for Collides {
     }
 }
 
+/// What a muscle lies round on its way from origin to insertion (paper B, "Bending Around a Joint", "Bending Around a Bone").
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wrap {
+    /// The obstacle.
+    pub around: Around,
+    /// Its radius, metres, without the muscle's own thickness.
+    pub radius: f32,
+    /// A point on the side where the muscle lies, metres, in the obstacle's bone's own space; without one it is the side of the
+    /// shorter way at rest.
+    pub side: Option<Vec3>,
+}
+
+/// The obstacle of a [`Wrap`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Around {
+    /// A sphere about a joint, by the joint's name.
+    Joint(String),
+    /// A cylinder along a bone.
+    Bone {
+        /// Name of the bone.
+        bone: String,
+        /// Centres of its two ends, metres, in the bone's own space; without them from the bone's joint to its child.
+        ends: Option<[Vec3; 2]>,
+    },
+}
+
+impl Around {
+    /// Name of the joint in whose space the obstacle is given.
+    pub fn name(&self) -> &str {
+        match self {
+            Around::Joint(name) | Around::Bone { bone: name, .. } => name,
+        }
+    }
+
+    /// The key that gives the name in a muscle file.
+    pub(in crate::rig) fn key(&self) -> &'static str {
+        match self {
+            Around::Joint(_) => "joint",
+            Around::Bone { .. } => "bone",
+        }
+    }
+}
+
 /// A muscle as its author gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MuscleSpec {
@@ -240,6 +283,8 @@ pub struct MuscleSpec {
     pub origin: Attachment,
     /// End that moves.
     pub insertion: Attachment,
+    /// What it lies round; straight from end to end where there is nothing. Read and checked, and not yet followed.
+    pub wrap: Option<Wrap>,
     /// Where it is more than one fibre.
     pub fibres: Option<FibreSet>,
     /// Segments of the axis, 3..=63.
@@ -306,6 +351,7 @@ impl MuscleSpec {
             bone: bone.into(),
             origin,
             insertion,
+            wrap: None,
             fibres: None,
             segments: Self::SEGMENTS,
             rest: MuscleShape::REST,

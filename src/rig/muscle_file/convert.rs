@@ -4,14 +4,14 @@ use super::curve::{CurveTable, Exact, ShapeCurveTable};
 use super::place::Fault;
 use super::tables::{
     ActiveTable, AngleTable, AttachmentTable, BoneTable, CollidesName, DriverTable, FibresTable, GroupTable,
-    JointTable, KeysTable, LengthTable, MuscleTable, TimeTable,
+    JointTable, KeysTable, LengthTable, MuscleTable, TimeTable, WrapKind, WrapTable,
 };
 use crate::error::is_unprintable;
 use crate::rig::GroupSpec;
 use crate::rig::muscle::check::{self, Wrong};
 use crate::rig::muscle::{
-    Attachment, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, JointSpec, Keys,
-    MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source,
+    Around, Attachment, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, JointSpec, Keys,
+    MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source, Wrap,
 };
 use glam::Vec3;
 
@@ -58,6 +58,7 @@ pub(super) fn muscle(table: MuscleTable) -> Checked<MuscleSpec> {
     };
     let spec = MuscleSpec {
         side: table.side.into(),
+        wrap: table.wrap.map(wrap).transpose()?,
         fibres: table.fibres.map(fibres),
         segments: table.segments.unwrap_or(MuscleSpec::SEGMENTS),
         rest,
@@ -160,6 +161,29 @@ fn attachment(key: &str, table: AttachmentTable) -> Checked<Attachment> {
 fn collides(names: &[CollidesName]) -> Collides {
     let has = |name| names.contains(&name);
     Collides { bones: has(CollidesName::Bones), muscles: has(CollidesName::Muscles), skin: has(CollidesName::Skin) }
+}
+
+fn wrap(table: WrapTable) -> Checked<Wrap> {
+    let ends = match (table.from, table.to) {
+        (Some(from), Some(to)) => Some([from, to].map(|p| Vec3::from(p.0))),
+        (None, None) => None,
+        (Some(_), None) => return Err(Fault::new("wrap.from", "a wrap has both `from` and `to`, or neither")),
+        (None, Some(_)) => return Err(Fault::new("wrap.to", "a wrap has both `from` and `to`, or neither")),
+    };
+    let around = match (table.kind, table.joint, table.bone, ends) {
+        (WrapKind::Sphere, Some(joint), None, None) => Around::Joint(name("wrap.joint", joint)?),
+        (WrapKind::Cylinder, None, Some(bone), ends) => Around::Bone { bone: name("wrap.bone", bone)?, ends },
+        (WrapKind::Sphere, None, ..) => return Err(Fault::new("wrap", "a sphere needs `joint`, in its middle")),
+        (WrapKind::Sphere, _, Some(_), _) => {
+            return Err(Fault::new("wrap.bone", "a sphere is on a `joint` and has no `bone`; a cylinder has"));
+        }
+        (WrapKind::Sphere, ..) => return Err(Fault::new("wrap.from", "a sphere has no ends; a cylinder has")),
+        (WrapKind::Cylinder, _, None, _) => return Err(Fault::new("wrap", "a cylinder needs `bone`, along its axis")),
+        (WrapKind::Cylinder, ..) => {
+            return Err(Fault::new("wrap.joint", "a cylinder is on a `bone` and has no `joint`; a sphere has"));
+        }
+    };
+    Ok(Wrap { around, radius: table.radius, side: table.side.map(|p| Vec3::from(p.0)) })
 }
 
 fn fibres(table: FibresTable) -> FibreSet {

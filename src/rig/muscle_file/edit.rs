@@ -19,7 +19,7 @@ pub struct Document {
     edited: bool,
 }
 
-/// Settings of a muscle that can be copied to another: everything but name, side, bone, ends and fibres.
+/// Settings of a muscle that can be copied to another: everything but name, side, bone, ends, wrap and fibres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Settings {
     /// Shapes at rest and active with their width factors, segments.
@@ -334,9 +334,10 @@ fn copied(from: &MuscleSpec, to: MuscleSpec, settings: Settings) -> MuscleSpec {
 /// Brings a muscle's table from what it says to what it is to say.
 fn update(table: &mut Table, old: &MuscleSpec, new: &MuscleSpec) {
     let (mut needed, mut all) = (write::muscle(new, Detail::Needed), write::muscle(new, Detail::All));
-    let same: [(&[&str], bool); 7] = [
+    let same: [(&[&str], bool); 8] = [
         (&["origin"], old.origin == new.origin),
         (&["insertion"], old.insertion == new.insertion),
+        (&["wrap"], old.wrap == new.wrap),
         (&["fibres"], old.fibres == new.fibres),
         (&["collides"], old.collides == new.collides),
         (&["drivers"], old.drive.drivers == new.drive.drivers),

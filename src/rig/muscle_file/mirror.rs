@@ -2,7 +2,7 @@
 
 use super::SideNames;
 use crate::error::MuscleError;
-use crate::rig::muscle::{Attachment, BodySide, BoneShape, BoneSpec, JointSpec, MuscleSpec, Source};
+use crate::rig::muscle::{Around, Attachment, BodySide, BoneShape, BoneSpec, JointSpec, MuscleSpec, Source};
 use crate::rig::{Character, GroupSpec};
 use glam::{DMat4, DVec3, Vec3};
 
@@ -32,6 +32,17 @@ pub(super) fn muscle(spec: &MuscleSpec, character: &Character, names: &SideNames
     partner.origin = origin.attachment(&spec.origin, bone);
     let (insertion, bone) = across("insertion.bone", &spec.insertion.bone)?;
     partner.insertion = insertion.attachment(&spec.insertion, bone);
+    if let Some(wrap) = &mut partner.wrap {
+        let (bone, other) = across(&format!("wrap.{}", wrap.around.key()), wrap.around.name())?;
+        wrap.side = wrap.side.map(|p| bone.point(p));
+        match &mut wrap.around {
+            Around::Joint(joint) => *joint = other,
+            Around::Bone { bone: name, ends } => {
+                *name = other;
+                *ends = ends.map(|ends| ends.map(|p| bone.point(p)));
+            }
+        }
+    }
     if let Some(set) = &mut partner.fibres {
         set.origin_line.iter_mut().for_each(|p| *p = origin.point(*p));
         set.insertion_line.iter_mut().for_each(|p| *p = insertion.point(*p));

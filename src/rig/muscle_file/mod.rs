@@ -24,6 +24,9 @@ pub use schema::schema;
 use crate::error::{BoneError, GroupError, MuscleError, MuscleFileError, one_line};
 use crate::rig::drive::load_tables;
 use crate::rig::muscle::{BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint};
+use crate::rig::muscle::{
+    BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint, find_wrap_joint,
+};
 use crate::rig::{Character, FieldGroups, GroupSpec};
 use place::Fault;
 use std::collections::{BTreeMap, BTreeSet};
@@ -200,6 +203,7 @@ impl MuscleFile {
             {
                 find_bone(spec, character, role, bone).map_err(|error| self.locate(&error))?;
             }
+            find_wrap_joint(spec, character).map_err(|error| self.locate(&error))?;
             for (number, driver) in spec.drive.drivers.iter().enumerate() {
                 if let Source::Angle { joint, .. } = &driver.source {
                     find_driver_joint(spec, number, character, joint).map_err(|error| self.locate(&error))?;

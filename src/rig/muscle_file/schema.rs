@@ -76,6 +76,7 @@ mod tests {
             ("CharacterTable", "[character]\nzzz = 1".into()),
             ("MuscleTable", "[[muscle]]\nzzz = 1".into()),
             ("AttachmentTable", muscle("origin")),
+            ("WrapTable", muscle("wrap")),
             ("FibresTable", muscle("fibres")),
             ("ActiveTable", muscle("active")),
             ("KeysTable", muscle("keys")),

@@ -55,6 +55,9 @@ pub(super) struct MuscleTable {
     pub origin: AttachmentTable,
     /// The end that moves.
     pub insertion: AttachmentTable,
+    /// What the muscle lies round on its way; straight from origin to insertion where there is no such table. Read and checked,
+    /// and not yet followed.
+    pub wrap: Option<WrapTable>,
     /// Several fibres spread between two lines, in place of one spindle.
     pub fibres: Option<FibresTable>,
     /// Segments of the axis, 3 to 63; 29 where nothing is said.
@@ -139,6 +142,38 @@ pub(super) struct AttachmentTable {
     pub offset: Exact<[f32; 3]>,
     /// Direction of the section's long axis, in the bone's own space; Z where nothing is said.
     pub normal: Option<Exact<[f32; 3]>>,
+}
+
+/// What a muscle lies round: a sphere on a joint, or a cylinder on a bone.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [
+    { "properties": { "kind": { "const": "sphere" } }, "required": ["joint"] },
+    { "properties": { "kind": { "const": "cylinder" } }, "required": ["bone"] }]))]
+pub(super) struct WrapTable {
+    /// Its form.
+    pub kind: WrapKind,
+    /// The joint in the middle of a sphere.
+    pub joint: Option<String>,
+    /// The bone along the axis of a cylinder.
+    pub bone: Option<String>,
+    /// Radius of the joint or bone, metres; half the muscle's thickness is added to it.
+    pub radius: f32,
+    /// Centre of one end of a cylinder, metres, in the bone's own space at rest; the bone's joint where nothing is said.
+    pub from: Option<Exact<[f32; 3]>>,
+    /// Centre of its other end; the joint's child where nothing is said. Both ends or none.
+    pub to: Option<Exact<[f32; 3]>>,
+    /// A point on the side where the muscle lies, metres, in the joint's or bone's own space at rest; the side of the shorter
+    /// way at rest where nothing is said.
+    pub side: Option<Exact<[f32; 3]>>,
+}
+
+/// Form of what a muscle lies round.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum WrapKind {
+    Sphere,
+    Cylinder,
 }
 
 /// A fibre set.

@@ -2,8 +2,8 @@
 
 use crate::rig::GroupSpec;
 use crate::rig::muscle::{
-    Attachment, BodySide, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys,
-    MuscleShape, MuscleSize, MuscleSpec, Source,
+    Around, Attachment, BodySide, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys,
+    MuscleShape, MuscleSize, MuscleSpec, Source, Wrap,
 };
 use glam::Vec3;
 use toml_edit::{Array, InlineTable, Table, Value};
@@ -32,6 +32,9 @@ pub(super) fn muscle(spec: &MuscleSpec, detail: Detail) -> Table {
     put("bone", true, spec.bone.as_str().into());
     put("origin", true, attachment(&spec.origin, all).into());
     put("insertion", true, attachment(&spec.insertion, all).into());
+    if let Some(around) = &spec.wrap {
+        put("wrap", true, wrap(around).into());
+    }
     if let Some(set) = &spec.fibres {
         put("fibres", true, fibres(set, all).into());
     }
@@ -104,6 +107,25 @@ fn attachment(end: &Attachment, all: bool) -> InlineTable {
     table.insert("offset", vector(end.offset));
     if all || end.normal != Vec3::Z {
         table.insert("normal", vector(end.normal));
+    }
+    table
+}
+
+fn wrap(wrap: &Wrap) -> InlineTable {
+    let mut table = InlineTable::new();
+    let (kind, ends) = match &wrap.around {
+        Around::Joint(_) => ("sphere", None),
+        Around::Bone { ends, .. } => ("cylinder", *ends),
+    };
+    table.insert("kind", kind.into());
+    table.insert(wrap.around.key(), wrap.around.name().into());
+    table.insert("radius", number(wrap.radius));
+    if let Some([from, to]) = ends {
+        table.insert("from", vector(from));
+        table.insert("to", vector(to));
+    }
+    if let Some(side) = wrap.side {
+        table.insert("side", vector(side));
     }
     table
 }

@@ -1,8 +1,8 @@
 use super::super::*;
 use crate::field::compose::JointOperator;
 use crate::rig::muscle::{
-    Attachment, BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
-    MuscleSize, ShapeCurve,
+    Around, Attachment, BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys,
+    MuscleShape, MuscleSize, ShapeCurve, Wrap,
 };
 use crate::rig::{Character, GroupSpec, Joint};
 use glam::{EulerRot, Mat4, Quat, Vec3};
@@ -228,6 +228,15 @@ fn driver() -> impl Strategy<Value = Driver> {
     (source, combine).prop_map(|(source, combine)| Driver { source, combine })
 }
 
+fn wrap() -> impl Strategy<Value = Wrap> {
+    let ends = prop::option::of([vector(), vector()].prop_filter("a length", |[from, to]| from.distance(*to) > 1e-3));
+    let around = prop_oneof![
+        Just(Around::Joint("chest".into())),
+        ends.prop_map(|ends| Around::Bone { bone: "arm_l".into(), ends })
+    ];
+    (around, 1e-3f32..0.1, prop::option::of(vector())).prop_map(|(around, radius, side)| Wrap { around, radius, side })
+}
+
 prop_compose! {
     fn spec()(
         ends in [(vector(), direction()), (vector(), direction())],
@@ -239,6 +248,7 @@ prop_compose! {
         (attack, group, overlap) in (0.0f32..2.0, "[a-z]{0,5}", any::<bool>()),
         (bones, muscles, skin) in (any::<bool>(), any::<bool>(), any::<bool>()),
         (frequency, jiggle) in (prop::option::of(1.0f32..60.0), 0.0f32..1.0),
+        wrap in prop::option::of(wrap()),
     ) -> MuscleSpec {
         let end = |bone: &str, (offset, normal)| Attachment { bone: bone.into(), offset, normal };
         let [origin, insertion] = ends;
@@ -249,6 +259,7 @@ prop_compose! {
         let shape = ShapeCurve { ease: Ease::Step, times: vec![0.25], shapes: vec![(rest.alpha, rest.beta)] };
         MuscleSpec {
             side: BodySide::Left,
+            wrap,
             fibres,
             segments,
             rest,
@@ -301,6 +312,14 @@ proptest! {
             origin.chain(f.insertion_line.iter().map(|&p| scene_point(&character, &m.insertion.bone, p))).collect()
         });
         pairs.extend(lines(&left).into_iter().zip(lines(&right)));
+        let wrap_points = |m: &MuscleSpec| m.wrap.as_ref().map_or(Vec::new(), |wrap| {
+            let ends = if let Around::Bone { ends: Some(ends), .. } = wrap.around { ends.to_vec() } else { Vec::new() };
+            ends.into_iter().chain(wrap.side).map(|p| scene_point(&character, wrap.around.name(), p)).collect()
+        });
+        pairs.extend(wrap_points(&left).into_iter().zip(wrap_points(&right)));
+        let obstacle = |m: &MuscleSpec| m.wrap.as_ref().map(|wrap| (names.other(wrap.around.name()), wrap.radius));
+        let same = right.wrap.as_ref().map(|wrap| (wrap.around.name().to_owned(), wrap.radius));
+        prop_assert_eq!(obstacle(&left), same);
         for (a, b) in &pairs {
             prop_assert!(reflected(*a).distance(*b) < 1e-5, "{a} {b}");
         }

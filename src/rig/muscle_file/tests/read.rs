@@ -1,12 +1,12 @@
 use super::super::*;
 use crate::field::compose::JointOperator;
 use crate::rig::muscle::{
-    BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape, MuscleSize,
-    ShapeCurve,
+    Around, BodySide, BoneShape, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, Keys, MuscleShape,
+    MuscleSize, ShapeCurve, Wrap,
 };
 use glam::Vec3;
 
-const GOOD: &str = r#"
+pub const GOOD: &str = r#"
 [[muscle]]
 name = "biceps"
 bone = "upperarm"
@@ -15,7 +15,7 @@ insertion = { bone = "lowerarm", offset = [0.0, 0.03, 0.0], normal = [1.0, 0.0, 
 width = 0.02
 "#;
 
-fn read_text(text: &str) -> MuscleFile {
+pub fn read_text(text: &str) -> MuscleFile {
     parse(text, Path::new("arm.muscles.toml")).expect("a good file")
 }
 
@@ -24,7 +24,7 @@ fn failure(text: &str) -> String {
 }
 
 /// The refusal of the good file with one more line, or with its last line replaced.
-fn with(line: &str) -> String {
+pub fn with(line: &str) -> String {
     failure(&format!("{GOOD}{line}\n"))
 }
 
@@ -51,6 +51,7 @@ side = "left"
 bone = "a"
 origin = { bone = "a", offset = [1, 2, 3] }
 insertion = { bone = "b", offset = [4, 5, 6] }
+wrap = { kind = "cylinder", bone = "b", radius = 0.015, from = [0, 0, 0], to = [0, 1, 0], side = [0, 0, -1] }
 fibres = { count = 5, origin_line = [[1, 0, 0], [2, 0, 0]], insertion_line = [[0, 1, 0]], overlap = true }
 segments = 15
 alpha = 2
@@ -107,6 +108,11 @@ mesh = "Ulna"
     };
     let expected = MuscleSpec {
         side: BodySide::Left,
+        wrap: Some(Wrap {
+            around: Around::Bone { bone: "b".into(), ends: Some([Vec3::ZERO, Vec3::Y]) },
+            radius: 0.015,
+            side: Some(Vec3::NEG_Z),
+        }),
         fibres: Some(FibreSet {
             count: 5,
             origin_line: vec![Vec3::X, Vec3::X * 2.0],

@@ -1,4 +1,4 @@
-//! A muscle's path from its attachments, and the shape that its length gives it at constant volume.
+//! The shape that a muscle's length gives it at constant volume.
 //!
 //! The path is the straight segment from origin to insertion, or where the dynamics have taken the axis. Twin of the
 //! kernel `muscle_shape`.
