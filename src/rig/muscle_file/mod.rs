@@ -23,7 +23,6 @@ pub use schema::schema;
 
 use crate::error::{BoneError, GroupError, MuscleError, MuscleFileError, one_line};
 use crate::rig::drive::load_tables;
-use crate::rig::muscle::{BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint};
 use crate::rig::muscle::{
     BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint, find_wrap_joint,
 };
