@@ -23,10 +23,8 @@ pub use character::{Character, Image, Influence, Joint, Key, Keyed, Material, Pa
 pub use drive::{Drives, Effort, MuscleParameters, ShapeBlend};
 pub use fold_patch::{FoldPatch, FoldTriangle};
 pub use frame::{FrameInputs, JointFrame, group_frames};
-pub use groups::FieldGroups;
 pub use groups::{FieldGroups, GroupSpec};
 pub use muscle::{Around, Attachment, MuscleShape, MuscleSize, MuscleSpec, Wrap};
-pub use muscle::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
 pub use muscle_weights::{MuscleWeights, PaintedMuscle, WeightTarget};
 pub use skin_graph::{SkinEdge, SkinGraph};
 pub use targets::{NO_JOINT, Reach, Role, Targets, Unheld, VertexTarget};
