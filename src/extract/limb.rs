@@ -44,8 +44,10 @@ pub struct Region {
     pub side: Option<Side>,
     /// The joint that it turns with.
     pub joint: u32,
-    /// The joint above it, and the one below, where there are some.
+    /// The joint above it and the one below, where there are some.
     pub beside: [Option<u32>; 2],
+    /// The far ends of the long bones above and below, where those are long bones too, metres in scene space at rest.
+    pub far_rest: [Option<DVec3>; 2],
     /// Its ends, metres in scene space at rest.
     pub ends_rest: [DVec3; 2],
     /// The direction from which angles around it are counted: the body's front, or any.
@@ -60,17 +62,25 @@ impl Region {
             let places = limb.places.map(|p| p.as_dvec3());
             let above = character.joints[limb.upper as usize].parent;
             [
-                (bones[0], limb.upper, [above, Some(limb.lower)], [places[0], places[1]]),
-                (bones[1], limb.lower, [Some(limb.upper), limb.end], [places[1], places[2]]),
+                Region {
+                    bone: bones[0],
+                    side: limb.side,
+                    joint: limb.upper,
+                    beside: [above, Some(limb.lower)],
+                    far_rest: [None, Some(places[2])],
+                    ends_rest: [places[0], places[1]],
+                    front,
+                },
+                Region {
+                    bone: bones[1],
+                    side: limb.side,
+                    joint: limb.lower,
+                    beside: [Some(limb.upper), limb.end],
+                    far_rest: [Some(places[0]), None],
+                    ends_rest: [places[1], places[2]],
+                    front,
+                },
             ]
-            .map(|(bone, joint, beside, ends_rest)| Region {
-                bone,
-                side: limb.side,
-                joint,
-                beside,
-                ends_rest,
-                front,
-            })
         };
         let arms = roles.arms.iter().flat_map(|limb| bones(limb, [Bone::UpperArm, Bone::Forearm]));
         let legs = roles.legs.iter().flat_map(|limb| bones(limb, [Bone::Thigh, Bone::Shin]));

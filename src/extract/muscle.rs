@@ -26,8 +26,11 @@ pub const LEAST_CONFIDENCE: f64 = 0.3;
 const SAME_PLACE: f64 = 25.0;
 /// A belly's middle below this share of the bone belongs to the joint below.
 const NEARER_BELOW: f64 = 0.45;
+/// Where a muscle ends on the bone behind a joint, in lengths of that bone, and how much of its distance from it is left there.
+const TENDON_SHARE: f64 = 0.15;
+const TENDON_OFF: f64 = 0.4;
 /// A muscle's radius in distances of its tip from the bone's axis, at most: bone and fat have the rest.
-const ROOM: f64 = 0.45;
+const ROOM: f64 = 0.35;
 /// Paper A's full activation: two more on both exponents' sum, the belly nearer to where it was.
 const ACTIVE_MORE: u32 = 1;
 
@@ -144,11 +147,9 @@ fn muscle(
     let from = -((shares[0] - highest) * per_share).clamp(0.05, MOST_EXTENSION);
     let to = 1.0 + ((lowest - shares[1]) * per_share).clamp(0.05, MOST_EXTENSION);
     let ends = [first + way * from, first + way * to];
-    let carried = [
-        if crosses_above && along(ends[0]) < 0.1 { region.beside[0] } else { None },
-        if crosses_below && along(ends[1]) > 0.9 { region.beside[1] } else { None },
-    ]
-    .map(|joint| joint.unwrap_or(region.joint));
+    let crossed = [crosses_above && along(ends[0]) < 0.1, crosses_below && along(ends[1]) > 0.9];
+    let carried = [0, 1].map(|k| region.beside[k].filter(|_| crossed[k]).unwrap_or(region.joint));
+    let ends = [0, 1].map(|k| if crossed[k] { across_joint(region, k, ends[k]) } else { ends[k] });
     let (s, out) = belly.reach(sections);
     let s: Vec<f64> = s.iter().map(|s| (s - from) / (to - from)).collect();
     let fit = fit::profile(&s, &out)?;
@@ -215,6 +216,16 @@ fn axis(roots: &[DVec3]) -> (DVec3, DVec3) {
     let square: f64 = (0..roots.len()).map(|k| place(k).powi(2)).sum();
     let way = roots.iter().enumerate().map(|(k, p)| (*p - middle) * place(k)).sum::<DVec3>() / square;
     (middle - way * 0.5, way)
+}
+
+/// Where a muscle that crosses a joint ends: on the long bone behind it, a little past the joint and near the bone, as tendons
+/// do that would else stand off the bend like a bow's string.
+fn across_joint(region: &Region, k: usize, end: DVec3) -> DVec3 {
+    let joint = region.ends_rest[k];
+    let Some(far) = region.far_rest[k] else { return joint.lerp(end, TENDON_OFF) };
+    let (bone, off) = (far - joint, end - joint);
+    let beside = off - bone * (off.dot(bone) / bone.length_squared());
+    joint + bone * TENDON_SHARE + beside * TENDON_OFF
 }
 
 /// Half axes where the belly is thickest: medians of its thickest third.
