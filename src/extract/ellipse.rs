@@ -40,7 +40,7 @@ pub struct Ellipse {
 type Parameters = SVector<f64, 5>;
 
 /// Fits an ellipse to a bump's crest: the points around its tip where `curved`, the outline's curvature, is above
-/// [`CREST`] of the way from the bump's least to its most. The tip counts most (paper B: weights decrease along the bump).
+/// `CREST` of the way from the bump's least to its most. The tip counts most (paper B: weights decrease along the bump).
 ///
 /// Minimises `sum omega (F / |grad F|)² / chord²` and the priors (background 6.2) by Levenberg and Marquardt.
 pub fn fit(outline: &[DVec2], curved: &[f64], bump: &Bump) -> Ellipse {
