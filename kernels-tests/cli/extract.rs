@@ -55,6 +55,31 @@ fn an_athlete_has_his_limbs_muscles_on_both_sides() {
 }
 
 #[test]
+fn extracting_again_keeps_what_was_edited() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("arm.muscles.toml");
+    printed(&extract(&asset("arm.glb"), &out));
+    let text = std::fs::read_to_string(&out).expect("a file");
+    let first = &muscle_file::read(&out).expect("a good file").muscles;
+    let (edited, lost) = (&first[0].name, &first[1].name);
+    let mut document = muscle_file::Document::parse(&text, &out).expect("a good file");
+    document.set(edited, "width", "0.0654321").expect("an edit");
+    let at = document.to_string().find(&format!("[[muscle]]\nname = \"{lost}\"")).expect("the second muscle");
+    let mut text = document.to_string();
+    let end = text[at + 10..].find("[[muscle]]").map_or(text.len(), |more| at + 10 + more);
+    text.replace_range(at..end, "# By hand.\n");
+    std::fs::write(&out, &text).expect("written");
+    let told = printed(&extract(&asset("arm.glb"), &out));
+    let again = std::fs::read_to_string(&out).expect("a file");
+    assert!(again.contains("0.0654321") && again.contains("# By hand.") && again.contains(lost), "{again}");
+    assert_eq!(told.matches("keeps its own").count(), first.len() - 1, "{told}");
+    assert_eq!(muscle_file::read(&out).expect("a good file").muscles.len(), first.len());
+    std::fs::remove_file(&out).expect("there");
+    printed(&extract(&asset("arm.glb"), &out));
+    assert!(!std::fs::read_to_string(&out).expect("a file").contains("0.0654321"), "a fresh file has no edits");
+}
+
+#[test]
 fn every_character_has_muscles_or_is_refused_in_one_line() {
     let Some(data) = data() else { return };
     let folder = tempfile::tempdir().expect("a folder");

@@ -272,7 +272,8 @@ pub struct Extract {
     /// The character: .glb, or .gltf with its files beside it
     #[arg(value_name = "IN")]
     pub file: PathBuf,
-    /// The muscle file to write: NAME.muscles.toml
+    /// The muscle file to write: NAME.muscles.toml. Where it is there already its muscles stay as they are, and those that
+    /// it lacks are added
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Print the result as JSON

@@ -34,6 +34,8 @@ struct Muscle {
     profile_rms_millimetres: f64,
     ellipse_rms_millimetres: f64,
     confidence: f64,
+    /// Whether the file had a muscle of that name, which stays as it was.
+    kept: bool,
 }
 
 pub fn run(args: &args::Extract) -> Result<(), Failure> {
@@ -42,8 +44,14 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
     let roles = Roles::find(&scene.character);
     let extraction = extract::extract(&scene.character, &roles).map_err(Failure::input)?;
     let seconds = started.elapsed().as_secs_f64();
-    let mut document = Document::parse(&head(&scene.character.name), &args.output).map_err(Failure::input)?;
-    for muscle in &extraction.muscles {
+    let mut document = match args.output.exists() {
+        true => Document::open(&args.output),
+        false => Document::parse(&head(&scene.character.name), &args.output),
+    }
+    .map_err(Failure::input)?;
+    let before = document.file().map_err(Failure::input)?;
+    let is_there = |found: &Extracted| before.muscle(&found.spec.name).is_some();
+    for muscle in extraction.muscles.iter().filter(|m| !is_there(m)) {
         document.add(&muscle.spec).map_err(Failure::input)?;
     }
     let mut file = WholeFile::create(&args.output).map_err(Failure::input)?;
@@ -54,7 +62,7 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
     let report = Report {
         character: scene.character.name.clone(),
         output: args.output.clone(),
-        muscles: extraction.muscles.iter().map(muscle).collect(),
+        muscles: extraction.muscles.iter().map(|found| muscle(found, is_there(found))).collect(),
         sections: regions().map(|found| found.sections.len()).sum(),
         planes_without_outline: regions().map(|found| found.rejected).sum(),
         ridges: verdicts(Verdict::Ridge),
@@ -77,7 +85,7 @@ fn toml_edit_string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-fn muscle(found: &Extracted) -> Muscle {
+fn muscle(found: &Extracted, kept: bool) -> Muscle {
     let width_metres = match found.spec.size {
         MuscleSize::Width(width) => width,
         MuscleSize::Volume(_) => 0.0,
@@ -93,6 +101,7 @@ fn muscle(found: &Extracted) -> Muscle {
         profile_rms_millimetres: found.profile_rms * 1e3,
         ellipse_rms_millimetres: found.ellipse_rms * 1e3,
         confidence: found.confidence,
+        kept,
     }
 }
 
@@ -109,7 +118,7 @@ fn text(report: &Report) -> String {
     );
     for m in &report.muscles {
         text += &format!(
-            "  {}: on {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm off; confidence {:.2}\n",
+            "  {}: on {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm off; confidence {:.2}{}\n",
             m.name,
             m.bone,
             m.degrees,
@@ -117,7 +126,8 @@ fn text(report: &Report) -> String {
             m.sections,
             m.ellipse_rms_millimetres,
             m.profile_rms_millimetres,
-            m.confidence
+            m.confidence,
+            if m.kept { "; the file has it, and keeps its own" } else { "" }
         );
     }
     text
