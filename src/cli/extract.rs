@@ -73,16 +73,12 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
 }
 
 fn head(character: &str) -> String {
-    let name = toml_edit_string(character);
+    // A string in JSON is one in TOML.
+    let name = serde_json::Value::from(character);
     format!(
         "# Muscles that `sinew extract` found in the skin. Lengths are metres, offsets and normals in the bone's own space.\n\
          # Names are proposals. Edit what you know better.\n\n[character]\nname = {name}\n"
     )
-}
-
-/// A string as the file spells it.
-fn toml_edit_string(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
 }
 
 fn muscle(found: &Extracted, kept: bool) -> Muscle {

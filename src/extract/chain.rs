@@ -95,11 +95,6 @@ impl Section {
         self.plane.to_scene(self.tip(bump))
     }
 
-    /// Where a bump's ellipse has its centre, metres in scene space at rest.
-    pub fn centre_rest(&self, bump: usize) -> DVec3 {
-        self.plane.to_scene(self.ellipses[bump].centre)
-    }
-
     /// From the middle of the outline to a bump's tip, in the plane's axes.
     fn outward(&self, bump: usize) -> DVec2 {
         self.tip(bump) - self.outline.iter().sum::<DVec2>() / self.outline.len() as f64

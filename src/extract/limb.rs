@@ -17,7 +17,7 @@ pub const PLANES: usize = 33;
 const FIRST: f64 = 0.02;
 /// A loop longer than this many medians goes round more than the limb.
 const LONGEST: f64 = 1.6;
-/// A ridge is bent more than this, and narrow: bone under skin.
+/// A belly whose tips are bent more than this is a bone's ridge under the skin.
 const RIDGE: f64 = 2.6;
 /// A belly whose peak is nearer to a joint than this, in lengths of the bone, is the joint's own shape.
 const JOINT_ZONE: f64 = 0.09;
@@ -150,8 +150,12 @@ pub fn search(surface: &Surface, region: &Region) -> Found {
         limb.filter_map(|(k, plane, cut)| Section::new(*k, *plane, cut, &settings).ok()).collect();
     let chains = link(&sections, &settings);
     let bellies = chains.iter().flat_map(|chain| bellies(&sections, chain));
-    let bellies: Vec<(Belly, Verdict)> =
-        bellies.map(|belly| (judge(&sections, &belly, region), belly)).map(|(v, b)| (b, v)).collect();
+    let bellies: Vec<(Belly, Verdict)> = bellies
+        .map(|belly| {
+            let verdict = judge(&sections, &belly, region);
+            (belly, verdict)
+        })
+        .collect();
     Found { rejected: PLANES - sections.len(), sections, bellies }
 }
 

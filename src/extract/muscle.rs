@@ -16,22 +16,27 @@ use crate::rig::{
 };
 use glam::{DVec3, Mat4, Vec3};
 
-/// How far the axis goes on past the belly's ends, in lengths of the belly.
-const MOST_EXTENSION: f64 = 0.6;
+/// How far the axis goes on past the belly's ends, at least and at most, in lengths of the belly.
+const EXTENSION: [f64; 2] = [0.05, 0.6];
+/// An axis that ends this near to a joint, in lengths of the bone, crosses it.
+const AT_JOINT: f64 = 0.1;
+/// Sections from which a muscle is no surer, and the stray of its tips, perimeters, that halves its sureness.
+const SURE_SECTIONS: f64 = 12.0;
+const UNSURE_STRAY: f64 = 0.03;
 /// How far an end goes past the joint that it crosses, in lengths of the bone.
 const PAST_JOINT: f64 = 0.04;
 /// Muscles less sure than this are left out.
 pub const LEAST_CONFIDENCE: f64 = 0.3;
 /// Two bellies side by side within this angle round the bone are one muscle, degrees.
 const SAME_PLACE: f64 = 25.0;
-/// A belly's middle below this share of the bone belongs to the joint below.
+/// A belly whose middle is farther down the bone than this share of it crosses the joint below; others cross the one above.
 const NEARER_BELOW: f64 = 0.45;
 /// Where a muscle ends on the bone behind a joint, in lengths of that bone, and how much of its distance from it is left there.
 const TENDON_SHARE: f64 = 0.15;
 const TENDON_OFF: f64 = 0.4;
 /// A muscle's radius in distances of its tip from the bone's axis, at most: bone and fat have the rest.
 const ROOM: f64 = 0.35;
-/// Paper A's full activation: two more on both exponents' sum, the belly nearer to where it was.
+/// Full activation has this much more on either exponent: as in paper A's default the belly is fuller and shorter; it stays in its place.
 const ACTIVE_MORE: u32 = 1;
 
 /// A muscle that was found.
@@ -144,10 +149,10 @@ fn muscle(
     let crosses_above = !crosses_below && region.beside[0].is_some();
     let lowest = if crosses_below { 1.0 + PAST_JOINT } else { 1.0 };
     let highest = if crosses_above { -PAST_JOINT } else { 0.0 };
-    let from = -((shares[0] - highest) * per_share).clamp(0.05, MOST_EXTENSION);
-    let to = 1.0 + ((lowest - shares[1]) * per_share).clamp(0.05, MOST_EXTENSION);
+    let from = -((shares[0] - highest) * per_share).clamp(EXTENSION[0], EXTENSION[1]);
+    let to = 1.0 + ((lowest - shares[1]) * per_share).clamp(EXTENSION[0], EXTENSION[1]);
     let ends = [first + way * from, first + way * to];
-    let crossed = [crosses_above && along(ends[0]) < 0.1, crosses_below && along(ends[1]) > 0.9];
+    let crossed = [crosses_above && along(ends[0]) < AT_JOINT, crosses_below && along(ends[1]) > 1.0 - AT_JOINT];
     let carried = [0, 1].map(|k| region.beside[k].filter(|_| crossed[k]).unwrap_or(region.joint));
     let ends = [0, 1].map(|k| if crossed[k] { across_joint(region, k, ends[k]) } else { ends[k] });
     let (s, out) = belly.reach(sections);
@@ -158,15 +163,11 @@ fn muscle(
     let eccentricity = ((1.0 - ratio * ratio).sqrt() as f32).min(MAX_ECCENTRICITY);
     let attach = |k: usize| attachment(&character.joints[carried[k] as usize], ends[k], long_axis(sections, belly));
     let degrees = degrees(roles, region, sections, belly);
-    let side = match region.side {
-        Some(Side::Left) => (BodySide::Left, "_l"),
-        Some(Side::Right) => (BodySide::Right, "_r"),
-        None => (BodySide::Centre, ""),
-    };
+    let (side, suffix) = side(region);
     let deepest = belly.links.iter().zip(&roots_rest).map(|(l, p)| sections[l.section].tip_rest(l.bump).distance(*p));
     let width = (thickest.0 * thickest.1).sqrt().min(deepest.fold(0.0, f64::max));
     let size = MuscleSize::Width(width as f32);
-    let name = format!("{}{}", name(region.bone, degrees, middle), side.1);
+    let name = format!("{}{suffix}", name(region.bone, degrees, middle));
     let bone = &character.joints[region.joint as usize].name;
     let shape = |fit: &ProfileFit, more: u32| MuscleShape {
         alpha: fit.alpha + more,
@@ -175,15 +176,16 @@ fn muscle(
         width: 1.0,
     };
     let spec = MuscleSpec {
-        side: side.0,
+        side,
         rest: shape(&fit, 0),
         active: shape(&fit, ACTIVE_MORE),
-        collision_group: region_name(region),
+        collision_group: format!("{}{suffix}", bone_name(region.bone)),
         ..MuscleSpec::new(&name, bone, attach(0), attach(1), size)
     };
     let ellipses = belly.links.iter().map(|l| sections[l.section].ellipses[l.bump].rms.powi(2)).sum::<f64>();
-    let sections_sure = (belly.links.len() as f64 / 12.0).min(1.0);
-    let confidence = (belly.prominence).min(1.0) * sections_sure * (1.0 - (belly.stray / 0.03).min(1.0) * 0.5);
+    let sections_sure = (belly.links.len() as f64 / SURE_SECTIONS).min(1.0);
+    let line_sure = 1.0 - 0.5 * (belly.stray / UNSURE_STRAY).min(1.0);
+    let confidence = belly.prominence.min(1.0) * sections_sure * line_sure;
     Some(Extracted {
         spec,
         bone: region.bone,
@@ -264,17 +266,21 @@ fn degrees(roles: &Roles, region: &Region, sections: &[Section], belly: &Belly) 
     out.dot(outside).atan2(out.dot(region.front)).to_degrees()
 }
 
-fn region_name(region: &Region) -> String {
-    let bone = match region.bone {
+/// A region's side, and what names end with on it.
+fn side(region: &Region) -> (BodySide, &'static str) {
+    match region.side {
+        Some(Side::Left) => (BodySide::Left, "_l"),
+        Some(Side::Right) => (BodySide::Right, "_r"),
+        None => (BodySide::Centre, ""),
+    }
+}
+
+fn bone_name(bone: Bone) -> &'static str {
+    match bone {
         Bone::UpperArm => "upper_arm",
         Bone::Forearm => "forearm",
         Bone::Thigh => "thigh",
         Bone::Shin => "shin",
-    };
-    match region.side {
-        Some(Side::Left) => format!("{bone}_l"),
-        Some(Side::Right) => format!("{bone}_r"),
-        None => bone.into(),
     }
 }
 
