@@ -133,6 +133,8 @@ fn main(
     let excess = select(max(length - rest * scale, 0.0), 0.0, params.pbd != 0u);
     let chord = insertion - origin;
     let pull = chord * (-excess / (stiffness.x * softness * max(sqrt(math_dot(chord, chord)), 1e-9)));
+    // The box holds the surface, and what planes may lag behind it.
+    let longest = 1.0 / sqrt(short_squared);
     var lowest = vec3<f32>(3.4e38);
     var highest = vec3<f32>(-3.4e38);
     for (var i = 0u; i <= last; i++) {
@@ -163,8 +165,9 @@ fn main(
         }
         iterates[out + 2u + 2u * i] = vec4<f32>(place, radius);
         iterates[out + 3u + 2u * i] = vec4<f32>(section, ellipse);
-        lowest = min(lowest, place - radius);
-        highest = max(highest, place + radius);
+        let reach = radius * longest + params.play;
+        lowest = min(lowest, place - reach);
+        highest = max(highest, place + reach);
         if !carries {
             particle.spring = vec4<f32>(select(pull, vec3<f32>(0.0), i == last), particle.spring.w);
             particle.pushes = vec4<f32>(0.0);

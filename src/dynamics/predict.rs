@@ -92,6 +92,9 @@ pub fn predict(
     let excess = if params.pbd != 0 { 0.0 } else { (length - rest * scale).max(0.0) };
     let chord = insertion - origin;
     let pull = chord * (-excess / (compliance * softness * chord.length().max(1e-9)));
+    // Its longest radius, so that the box holds the surface, and the play, so that a plane that lags behind has come to
+    // nothing where it ends: a neighbour that appears and goes at a depth moves to and fro for ever.
+    let longest = 1.0 / short_squared.sqrt();
     let (mut lowest, mut highest) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for i in 0..=last {
         let share = i as f32 / last as f32;
@@ -116,8 +119,9 @@ pub fn predict(
         let (section, round) = if size > 0.0 { (section / size, short_squared) } else { (Vec3::ZERO, 0.0) };
         iterates[2 + 2 * i] = place.extend(radius);
         iterates[3 + 2 * i] = section.extend(round);
-        lowest = lowest.min(place - radius);
-        highest = highest.max(place + radius);
+        let reach = radius * longest + params.play;
+        lowest = lowest.min(place - reach);
+        highest = highest.max(place + reach);
         if driver.carries == 0 {
             own[i].spring = if i < last { pull } else { Vec3::ZERO }.extend(own[i].spring.w);
             own[i].pushes = Vec4::ZERO;

@@ -216,9 +216,8 @@ fn a_whole_body_walks_and_jumps() {
     }
 }
 
-/// Farthest of the biceps' surface from the upper arm's bone at full flexion and activation 1, metres.
-fn height(arm: &Actor, options: &DynamicsOptions) -> f32 {
-    let (simulation, inputs) = arm.held(1.0, options);
+/// Farthest of the biceps' surface from the upper arm's bone, metres.
+fn height(arm: &Actor, simulation: &Simulation, inputs: &FrameInputs) -> f32 {
     let index = arm.rig.muscle_names.iter().position(|n| n.starts_with("biceps")).expect("the biceps");
     let muscle = &arm.bodies.muscles[index];
     let bone = arm.bodies.bones.iter().find(|b| arm.rig.character.joints[b.joint as usize].name == "upperarm_l");
@@ -237,8 +236,24 @@ fn height(arm: &Actor, options: &DynamicsOptions) -> f32 {
 #[test]
 fn a_bone_raises_the_muscle_on_it() {
     let Some(arm) = Actor::arm(Some(""), &[]) else { return };
-    let with = height(&arm, &one_by_one());
-    let without = height(&arm, &DynamicsOptions { contacts: Contacts::NONE, ..one_by_one() });
-    println!("the biceps' surface is {with} m from the bone's axis with bones, {without} m without");
+    let through = DynamicsOptions { contacts: Contacts::NONE, ..one_by_one() };
+    let stretched = {
+        let mut simulation = Simulation::new(Arc::clone(&arm.bodies));
+        let inputs = arm.inputs("biceps_curl", 0.0, Some(0.0));
+        arm.frame(&mut simulation, &inputs, 0.0, &through);
+        height(&arm, &simulation, &inputs)
+    };
+    let [with, without] = [one_by_one(), through].map(|options| {
+        let (simulation, inputs) = arm.held(1.0, &options);
+        height(&arm, &simulation, &inputs)
+    });
+    println!(
+        "the biceps' surface is {with} m from the bone's axis with bones, {without} m without; {stretched} m stretched"
+    );
     assert!(with - without >= 8e-3, "{with} {without}");
+    // It rises with bones, and sinks without them.
+    assert!(
+        with - stretched >= 8e-3 && with - stretched >= 1.5 * (without - stretched),
+        "{with} {without} {stretched}"
+    );
 }
