@@ -2,13 +2,14 @@
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use sinew::{
+    field::compose::JointOperator,
     gpu::{DeviceChoice, Headless, Kernels, readback},
     kernel::{dispatch, kernel},
     parity::GpuResult,
     reference::Motion,
     rig::{
         Attachment, BuildOptions, Character, Influence, Joint, Material, MuscleShape, MuscleSize, MuscleSpec, Part,
-        Pose, Rig,
+        Pose, Rig, muscle::JointSpec,
     },
     schedule::KernelId,
 };
@@ -226,7 +227,13 @@ pub fn limb_muscle() -> MuscleSpec {
 
 /// The limb with its muscle, ready to deform.
 pub fn limb_rig(rings: usize) -> Rig {
-    Rig::build(limb(rings), &[limb_muscle()], &BuildOptions::default()).expect("a limb")
+    limb_joined(rings, JointOperator::Union)
+}
+
+/// The same with an operator at its elbow.
+pub fn limb_joined(rings: usize, operator: JointOperator) -> Rig {
+    let joints = vec![JointSpec { joint: "lowerarm".into(), operator }];
+    Rig::build(limb(rings), &[limb_muscle()], &BuildOptions { joints, ..BuildOptions::default() }).expect("a limb")
 }
 
 /// The limb's elbow bent forward by `degrees`.

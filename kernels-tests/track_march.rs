@@ -1,11 +1,12 @@
 //! `track_march` against its twin, and the twin against what a march is for.
 
-use crate::support::{JUNK, Random, SIZES, bent, gpu, limb_rig, run};
+use crate::support::{JUNK, Random, SIZES, bent, gpu, limb_joined, run};
 use crate::track_fixtures::apart;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use sinew::{
     field::{
-        evaluate::{GroupFrame, Place},
+        compose::{self, JointOperator},
+        evaluate::{APART, GroupFrame, Place},
         muscle::{AxisPoint, MuscleFrame},
     },
     parity,
@@ -38,7 +39,12 @@ struct March {
 impl March {
     /// As many of the limb's vertices as asked for, where linear skinning has them and up to 3 mm off.
     fn new(count: usize, sub_pose: usize) -> March {
-        let rig = limb_rig(40);
+        March::joined(count, sub_pose, JointOperator::Union)
+    }
+
+    /// The same with an operator at the elbow.
+    fn joined(count: usize, sub_pose: usize, operator: JointOperator) -> March {
+        let rig = limb_joined(40, operator);
         let (mut groups, mut muscles, mut axes) = (Vec::new(), Vec::new(), Vec::new());
         let (mut places, mut positions) = (Vec::new(), Vec::new());
         let chosen: Vec<usize> = (0..rig.positions_rest.len()).filter(|v| v % 7 == 3).cycle().take(count).collect();
@@ -104,7 +110,7 @@ impl March {
     fn gpu(&self, sub_pose: usize) -> Option<(Vec<Vec4>, Vec<Track>)> {
         let gpu = gpu()?;
         let params = self.params(sub_pose);
-        let inputs: [(&str, &[u8]); 9] = [
+        let inputs: [(&str, &[u8]); 10] = [
             ("params", bytemuck::bytes_of(&params)),
             ("groups", bytemuck::cast_slice(&self.groups)),
             ("nodes", bytemuck::cast_slice(&self.rig.nodes)),
@@ -114,6 +120,7 @@ impl March {
             ("places", bytemuck::cast_slice(&self.places)),
             ("positions", bytemuck::cast_slice(&self.positions)),
             ("tracks", bytemuck::cast_slice(&self.tracks)),
+            ("curves", bytemuck::cast_slice(compose::curves())),
         ];
         let count = self.positions.len();
         let outputs = [("positions", (count + 1) * 16), ("tracks", (count + 1) * size_of::<Track>())];
@@ -162,6 +169,22 @@ fn matches_its_twin_at_every_size_and_sub_pose() {
         }
     }
     println!("track_march: positions {:.1e} m, normals {:.1e}, values {:.1e} apart", worst[0], worst[1], worst[2]);
+}
+
+#[test]
+fn groups_joined_by_an_operator_match_their_twin() {
+    for operator in [JointOperator::Blend, JointOperator::Contact, JointOperator::Bulge] {
+        let march = March::joined(3000, 0, operator);
+        let Some((positions, _)) = march.gpu(0) else { return };
+        let report = parity::vectors("positions", &positions, &march.cpu(0).0, 1.0 / 0.64, parity::TRACKED);
+        assert_eq!(report.over, 0, "{operator:?}: {report:?}");
+        let mut plain = march.clone();
+        plain.places.iter_mut().filter(|p| p.join != APART).for_each(|p| p.join = 0);
+        let plain = parity::vectors("positions", &positions, &plain.cpu(0).0, 1.0 / 0.64, parity::TRACKED);
+        println!("{operator:?}: {} vertices see the difference to the plain union", plain.over);
+        // Most of the overlap is a contact's, where the join does not count.
+        assert!(operator != JointOperator::Blend || plain.over > 0, "the plain union must be seen");
+    }
 }
 
 #[test]

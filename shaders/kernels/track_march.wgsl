@@ -10,6 +10,7 @@
 @group(0) @binding(6) var<storage, read> places: array<Place>;
 @group(0) @binding(7) var<storage, read_write> positions: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read_write> tracks: array<Track>;
+@group(0) @binding(9) var<uniform> curves: array<vec4<f32>, 523>;
 
 override MIN_GRADIENT_SQUARED: f32;
 override ROLE_ACTIVE: u32;
@@ -45,7 +46,7 @@ fn main(
     );
     let reach = instance * params.reach_count;
     let p = positions[index].xyz;
-    let found = contact_own_side(place, goal.owner, goal.limit, reach + goal.reach_begin, reach + goal.reach_end, p);
+    let found = contact_own_side(place, goal, reach + goal.reach_begin, reach + goal.reach_end, p);
     let gap = found.value - goal.iso;
     let squared = math_dot(found.gradient, found.gradient);
     if math_not_finite(gap) || math_not_finite(squared) {

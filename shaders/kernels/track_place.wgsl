@@ -43,5 +43,5 @@ fn main(
     places[index].to_rest = inverse_affine(matrix).matrix;
     places[index].group = reach.group;
     places[index].limit = reach.limit;
-    places[index].kin = reach.kin;
+    places[index].join = reach.join;
 }

@@ -2,6 +2,9 @@
 // nodes, muscles, axes and places. The derivative of the weight w is left out, as in the authors' operators.
 override CONTACT_AGREE: f32;
 override CONTACT_TURN: f32;
+override CONTACT_APART: u32;
+override CONTACT_CODE_SHIFT: u32;
+override CONTACT_JOINS: bool;
 
 struct OwnSide {
     value: f32,
@@ -14,6 +17,7 @@ struct OwnSide {
 struct Neighbours {
     own: Sample,
     other: GroupSample,
+    join: u32,
     pressing: Sample,
     excess: f32,
 }
@@ -27,18 +31,18 @@ fn contact_is_beyond(at: u32, p_posed: vec3<f32>) -> bool {
 // `first..end` are the places through which the vertex sees groups in a way of its own, ascending by group.
 fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end: u32, p_posed: vec3<f32>) -> Neighbours {
     let none = Sample(0.0, vec3<f32>(0.0));
-    var found = Neighbours(none, GroupSample(0.0, vec3<f32>(0.0), FIELD_NO_GROUP), none, 0.0);
+    var found = Neighbours(none, GroupSample(0.0, vec3<f32>(0.0), FIELD_NO_GROUP), 0u, none, 0.0);
     var next = first;
     for (var g = 0u; g < place.group_count; g++) {
         var to_rest = groups[place.group + g].to_rest;
         var most = limit;
         var beyond = contact_is_beyond(place.group + g, p_posed);
-        var kin = false;
+        var join = CONTACT_APART;
         if next < end && places[next].group == g {
             to_rest = places[next].to_rest;
             most = places[next].limit;
             beyond = false;
-            kin = places[next].kin != 0u;
+            join = places[next].join;
             next++;
         }
         if groups[place.group + g].present == 0u || beyond {
@@ -49,8 +53,9 @@ fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end
             found.own = sample;
             continue;
         }
-        if kin && sample.value > found.other.value {
+        if join != CONTACT_APART && sample.value > found.other.value {
             found.other = GroupSample(sample.value, sample.gradient, g);
+            found.join = join;
         }
         if sample.value - most > found.excess {
             found.pressing = sample;
@@ -60,13 +65,24 @@ fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end
     return found;
 }
 
-fn contact_own_side(place: FieldPlace, owner: u32, limit: f32, first: u32, end: u32, p_posed: vec3<f32>) -> OwnSide {
-    let found = contact_neighbours(place, owner, limit, first, end, p_posed);
-    let own = found.own;
-    var largest = GroupSample(own.value, own.gradient, owner);
-    if found.other.value > own.value {
+// The field of a vertex's own group and of the one that overlaps it at rest.
+fn contact_joined(owner: u32, found: Neighbours) -> GroupSample {
+    var largest = GroupSample(found.own.value, found.own.gradient, owner);
+    if found.other.value > found.own.value {
         largest = found.other;
     }
+    if CONTACT_JOINS && found.join != 0u {
+        let own = JointOperatorParams(found.join & ((1u << CONTACT_CODE_SHIFT) - 1u), found.join >> CONTACT_CODE_SHIFT, 0u, 0u);
+        let joined = joint_join(found.own, Sample(found.other.value, found.other.gradient), own);
+        largest = GroupSample(joined.value, joined.gradient, largest.group);
+    }
+    return largest;
+}
+
+fn contact_own_side(place: FieldPlace, goal: VertexTarget, first: u32, end: u32, p_posed: vec3<f32>) -> OwnSide {
+    let found = contact_neighbours(place, goal.owner, goal.limit, first, end, p_posed);
+    let own = found.own;
+    let largest = contact_joined(goal.owner, found);
     var facing = found.other.gradient;
     if found.excess > 0.0 {
         facing = found.pressing.gradient;
@@ -77,7 +93,7 @@ fn contact_own_side(place: FieldPlace, owner: u32, limit: f32, first: u32, end: 
     }
     let cosine = math_dot(own.gradient, facing) / sqrt(product);
     let w = math_smoothstep((CONTACT_AGREE - cosine) / CONTACT_TURN);
-    var value = (1.0 - w) * largest.value + w * own.value;
+    var value = (1.0 - w) * largest.value + w * (own.value + goal.lift);
     var gradient = largest.gradient * (1.0 - w) + own.gradient * w;
     var contact = 0.0;
     if found.excess > 0.0 {

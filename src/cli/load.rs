@@ -91,11 +91,12 @@ pub fn rig_for(
 fn built(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
     let _progress = Progress::unknown(if fields { "fitting fields" } else { "building the rig" });
     let (bones, bone_meshes) = (muscles.bones.clone(), scene.bone_meshes(&muscles.bones));
-    let groups = muscles.groups.clone();
-    let options = BuildOptions { fields, groups, bones, bone_meshes, ..BuildOptions::default() };
+    let (groups, joints) = (muscles.groups.clone(), muscles.joints.clone());
+    let options = BuildOptions { fields, groups, bones, bone_meshes, joints, ..BuildOptions::default() };
     Rig::build(scene.character.clone(), &muscles.muscles, &options).map_err(|error| match &error {
         RigError::Muscle(error) => Failure::input(muscles.locate(error)),
         RigError::Group(error) => Failure::input(muscles.locate_group(error)),
+        RigError::Joint(error) => Failure::input(muscles.locate_joint(error)),
         RigError::Bone(error) => Failure::input(muscles.locate_bone(error)),
         _ => Failure::Input(format!("{}: {error}", input.file.display())),
     })

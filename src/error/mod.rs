@@ -19,6 +19,6 @@ pub use figure::FigureError;
 pub use gltf::GltfError;
 pub(crate) use gltf::{is_unprintable, one_line};
 pub use output::OutputError;
-pub use rig::{BoneError, GroupError, MuscleError, MuscleFileError, PoseError, RigError, WeightError};
+pub use rig::{BoneError, GroupError, JointError, MuscleError, MuscleFileError, PoseError, RigError, WeightError};
 pub use setup::SetupError;
 pub use table::TableError;

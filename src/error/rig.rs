@@ -24,6 +24,9 @@ pub enum RigError {
     /// A given field group that does not fit the character.
     #[error(transparent)]
     Group(#[from] GroupError),
+    /// A given operator of a joint that does not fit the character.
+    #[error(transparent)]
+    Joint(#[from] JointError),
     /// A field that could not be fitted.
     #[error(transparent)]
     Field(#[from] FieldError),
@@ -219,6 +222,38 @@ pub enum GroupError {
         /// The most.
         most: usize,
     },
+}
+
+/// A joint of the muscle file at which nothing can be joined.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum JointError {
+    /// No such joint.
+    #[error("joint `{joint}`: the character has no such joint; nearest names: {nearest}")]
+    Unknown {
+        /// The name that was given.
+        joint: String,
+        /// Names that look like it.
+        nearest: String,
+    },
+    /// A joint inside one field, or beside none.
+    #[error(
+        "joint `{joint}`: it does not lie between two field groups; name the first joint of a limb that has a field, \
+         as `sinew inspect` lists them"
+    )]
+    Within {
+        /// The joint.
+        joint: String,
+    },
+}
+
+impl JointError {
+    /// The joint.
+    pub fn joint(&self) -> &str {
+        match self {
+            JointError::Unknown { joint, .. } | JointError::Within { joint } => joint,
+        }
+    }
 }
 
 impl GroupError {

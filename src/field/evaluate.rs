@@ -2,7 +2,7 @@
 
 use super::{
     Fold, GroupGrid, Sample,
-    compose::{clean_union, detail_samples},
+    compose::{JointOperatorParams, clean_union, detail_samples, joint},
     grid,
     muscle::{self, AxisPoint, MuscleFrame},
     transfer::transfer,
@@ -44,8 +44,9 @@ crate::gpu_struct! {
         pub group: u32,
         /// Field of the group above which the vertex is in contact with it.
         pub limit: f32,
-        /// 1 where the two overlap at rest: the vertex lies on the surface of both together.
-        pub kin: u32,
+        /// What joins the group to the vertex's own where the two overlap at rest, and the vertex lies on the surface of both
+        /// together: a [`JointOperator::code`](super::compose::JointOperator::code); [`APART`] elsewhere.
+        pub join: u32,
         /// Unused.
         pub pad_0: u32,
     }
@@ -60,6 +61,8 @@ impl GroupFrame {
     }
 }
 
+/// Two groups that do not overlap at rest: nothing joins them.
+pub const APART: u32 = u32::MAX;
 /// No group reaches the point.
 pub const NO_GROUP: u32 = u32::MAX;
 
@@ -153,12 +156,24 @@ pub struct OwnSide {
     pub contact: f32,
 }
 
+/// Which side of the field a vertex is on.
+#[derive(Clone, Copy, Debug)]
+pub struct Side {
+    /// Its group: the one with the largest field at rest.
+    pub owner: u32,
+    /// Field of a group above which the vertex is in contact with it, unless a place says otherwise.
+    pub limit: f32,
+    /// What the join of the groups adds to the owner's field at rest.
+    pub lift: f32,
+}
+
 /// A vertex's own group and the other one that matters to it, at one point.
 #[derive(Clone, Copy)]
 struct Neighbours {
     own: Sample,
-    /// The other group with the largest field, of those that are kin.
+    /// The other group with the largest field, of those that overlap the own one at rest, and what joins it.
     other: GroupSample,
+    join: u32,
     /// The other group that is furthest above its limit, and by how much; 0 for none.
     pressing: Sample,
     excess: f32,
@@ -169,14 +184,18 @@ impl FieldInput<'_> {
     /// contact its own side of it (prototypes 3). A stranger's surface is nothing to track, even where the own field ends.
     ///
     /// With `n` the directions of the owner's field and of another one, `w` goes from 0 to 1 as they part, and
-    /// `G = (1 - w) max(own, other) + w own - w max(0, other - limit)`: where skin faces skin, a vertex stays on its
-    /// own surface and out of the other one. Of several, the one furthest above its limit counts. The derivative of `w` is
-    /// left out, as in the authors' operators. `places` are the groups that the vertex sees through frames of its own,
-    /// ascending by group; `limit` is that of the others.
+    /// `G = (1 - w) join(own, other) + w (own + lift) - w max(0, other - limit)`: where skin faces skin, a vertex stays on
+    /// its own surface and out of the other one. Of several, the one furthest above its limit counts. The derivative of `w`
+    /// is left out, as in the authors' operators. `places` are the groups that the vertex sees through frames of its own,
+    /// ascending by group.
     #[inline]
-    pub fn own_side(&self, owner: u32, limit: f32, places: &[Place], p_posed: Vec3) -> OwnSide {
-        let Neighbours { own, other, pressing, excess } = self.neighbours(owner, limit, places, p_posed);
-        let union = if other.sample.value > own.value { other } else { GroupSample { sample: own, group: owner } };
+    pub fn own_side(&self, side: &Side, places: &[Place], p_posed: Vec3) -> OwnSide {
+        let owner = side.owner;
+        let Neighbours { own, other, join, pressing, excess } = self.neighbours(owner, side.limit, places, p_posed);
+        let union = GroupSample {
+            sample: joint(own, other.sample, &JointOperatorParams::of_code(join)),
+            group: if other.sample.value > own.value { other.group } else { owner },
+        };
         let facing = if excess > 0.0 { pressing } else { other.sample };
         let product = own.gradient.dot(own.gradient) * facing.gradient.dot(facing.gradient);
         if product <= 0.0 {
@@ -184,7 +203,7 @@ impl FieldInput<'_> {
         }
         let cosine = own.gradient.dot(facing.gradient) / product.sqrt();
         let w = crate::math::smoothstep((CONTACT_AGREE - cosine) / CONTACT_TURN);
-        let mut value = (1.0 - w) * union.sample.value + w * own.value;
+        let mut value = (1.0 - w) * union.sample.value + w * (own.value + side.lift);
         let mut gradient = union.sample.gradient * (1.0 - w) + own.gradient * w;
         let mut contact = 0.0;
         if excess > 0.0 {
@@ -200,6 +219,7 @@ impl FieldInput<'_> {
         let mut found = Neighbours {
             own: Sample::default(),
             other: GroupSample { sample: Sample::default(), group: NO_GROUP },
+            join: 0,
             pressing: Sample::default(),
             excess: 0.0,
         };
@@ -207,9 +227,9 @@ impl FieldInput<'_> {
         for (index, frame) in (0..).zip(self.groups) {
             let mut to_rest = &frame.to_rest;
             let mut limit = limit;
-            let (mut beyond, mut kin) = (frame.is_beyond(p_posed), false);
+            let (mut beyond, mut join) = (frame.is_beyond(p_posed), APART);
             if let Some(place) = places.get(next).filter(|place| place.group == index) {
-                (to_rest, limit, beyond, kin) = (&place.to_rest, place.limit, false, place.kin != 0);
+                (to_rest, limit, beyond, join) = (&place.to_rest, place.limit, false, place.join);
                 next += 1;
             }
             if frame.present == 0 || beyond {
@@ -220,8 +240,9 @@ impl FieldInput<'_> {
                 found.own = sample;
                 continue;
             }
-            if kin && sample.value > found.other.sample.value {
+            if join != APART && sample.value > found.other.sample.value {
                 found.other = GroupSample { sample, group: index };
+                found.join = join;
             }
             if sample.value - limit > found.excess {
                 found.pressing = sample;
@@ -234,6 +255,7 @@ impl FieldInput<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::compose::JointOperator;
     use super::*;
 
     /// Two slabs facing each other: group 0's surface at x = 0 with its inside at x < 0, group 1's at `x = gap` with
@@ -267,6 +289,10 @@ mod tests {
         FieldInput { groups, nodes, muscles: &[], axes: &[] }
     }
 
+    fn side(owner: u32, limit: f32) -> Side {
+        Side { owner, limit, lift: 0.0 }
+    }
+
     fn at(x: f32) -> Vec3 {
         Vec3::new(x, 0.1, -0.2)
     }
@@ -276,14 +302,14 @@ mod tests {
         let (groups, nodes) = slabs(-0.2);
         for x in [-0.3, -0.15, -0.05, 0.1] {
             let field = |g: usize| with(&groups, &nodes).group(&groups[g], at(x));
-            let found = with(&groups, &nodes).own_side(0, 0.46, &[], at(x)).sample;
+            let found = with(&groups, &nodes).own_side(&side(0, 0.46), &[], at(x)).sample;
             let expected = field(0).value - (field(1).value - 0.46).max(0.0);
             assert!((found.value - expected).abs() < 1e-6, "x = {x}: {} {expected}", found.value);
             assert!(found.gradient.x < 0.0, "inward of its own group at x = {x}");
-            let other = with(&groups, &nodes).own_side(1, 0.46, &[], at(x)).sample;
+            let other = with(&groups, &nodes).own_side(&side(1, 0.46), &[], at(x)).sample;
             assert!(other.gradient.x > 0.0, "the other group's vertices go the other way");
         }
-        let contact = with(&groups, &nodes).own_side(0, 0.46, &[], at(-0.1)).sample.value;
+        let contact = with(&groups, &nodes).own_side(&side(0, 0.46), &[], at(-0.1)).sample.value;
         assert!(contact < with(&groups, &nodes).composed(at(-0.1)).sample.value - 0.05, "the maximum has no contact");
     }
 
@@ -293,29 +319,56 @@ mod tests {
         groups[1].grid.offset = 0;
         groups[1].to_rest = Mat4::from_translation(Vec3::X * 0.1);
         for x in [-0.4, 0.0, 0.3] {
-            let kin = [Place { to_rest: groups[0].to_rest, kin: 1, ..Place::default() }];
-            let found = with(&groups, &nodes).own_side(1, 0.0, &kin, at(x));
+            let kin = [Place { to_rest: groups[0].to_rest, ..Place::default() }];
+            let found = with(&groups, &nodes).own_side(&side(1, 0.0), &kin, at(x));
             // Parallel gradients give no weight to a contact, whatever the limit.
             assert_eq!(found.sample.value, with(&groups, &nodes).composed(at(x)).sample.value);
         }
         let place_of_0 = Place { to_rest: groups[0].to_rest, limit: 0.9, ..Place::default() };
-        let alone = with(&groups[..1], &nodes).own_side(0, 0.3, &[], at(0.05));
+        let alone = with(&groups[..1], &nodes).own_side(&side(0, 0.3), &[], at(0.05));
         assert_eq!(alone.sample, with(&groups[..1], &nodes).composed(at(0.05)).sample);
-        let away = |kin| with(&groups[..1], &nodes).own_side(7, 0.3, &[Place { kin, ..place_of_0 }], at(0.05)).sample;
-        assert_eq!(away(1), alone.sample, "a vertex whose group is gone takes what overlapped it at rest");
-        assert_eq!(away(0), Sample::default(), "and no stranger");
+        let away =
+            |join| with(&groups[..1], &nodes).own_side(&side(7, 0.3), &[Place { join, ..place_of_0 }], at(0.05)).sample;
+        assert_eq!(away(0), alone.sample, "a vertex whose group is gone takes what overlapped it at rest");
+        assert_eq!(away(APART), Sample::default(), "and no stranger");
     }
 
     #[test]
     fn a_place_shows_its_group_through_its_own_frame() {
         let (groups, nodes) = slabs(-0.2);
         let moved = Mat4::from_translation(Vec3::X * -0.03);
-        let places = [Place { to_rest: moved, group: 1, limit: 0.5, ..Place::default() }];
-        let found = with(&groups, &nodes).own_side(0, 0.46, &places, at(-0.1));
+        let places = [Place { to_rest: moved, group: 1, limit: 0.5, join: APART, ..Place::default() }];
+        let found = with(&groups, &nodes).own_side(&side(0, 0.46), &places, at(-0.1));
         let mut shifted = groups;
         shifted[1].to_rest = moved;
-        assert_eq!(found, with(&shifted, &nodes).own_side(0, 0.5, &[], at(-0.1)));
-        assert_ne!(found, with(&groups, &nodes).own_side(0, 0.46, &[], at(-0.1)));
+        assert_eq!(found, with(&shifted, &nodes).own_side(&side(0, 0.5), &[], at(-0.1)));
+        assert_ne!(found, with(&groups, &nodes).own_side(&side(0, 0.46), &[], at(-0.1)));
         assert!(found.contact > 0.99, "{found:?}");
+    }
+
+    #[test]
+    fn groups_that_overlap_at_rest_are_joined_by_their_operator() {
+        let (mut groups, nodes) = slabs(0.0);
+        // The other slab turned by 60 degrees: a blend opens between the two, and no contact yet.
+        groups[1].grid.offset = 0;
+        groups[1].to_rest = Mat4::from_rotation_z(f32::to_radians(-15.0));
+        let at_it = |operator: JointOperator, lift: f32| {
+            let place =
+                Place { to_rest: groups[1].to_rest, group: 1, limit: 1.0, join: operator.code(), ..Place::default() };
+            with(&groups, &nodes).own_side(&Side { owner: 0, limit: 1.0, lift }, &[place], at(-0.02))
+        };
+        let [own, other] = [0, 1].map(|g: usize| with(&groups, &nodes).group(&groups[g], at(-0.02)));
+        let union = at_it(JointOperator::Union, 0.0).sample;
+        assert_eq!(union.value, own.value.max(other.value));
+        let blend = at_it(JointOperator::Blend, 0.0).sample;
+        assert_eq!(blend, joint(own, other, &JointOperator::Blend.params()), "no contact, so the join alone");
+        assert!(blend.value > union.value + 0.02, "{} {}", blend.value, union.value);
+        assert_eq!(at_it(JointOperator::Blend, 0.1).sample, blend, "a lift belongs to the contact");
+        // Where the two face each other only the own side counts, lifted by what the join had added at rest.
+        let (groups, nodes) = slabs(-0.2);
+        let place = Place { to_rest: groups[1].to_rest, group: 1, limit: 0.46, ..Place::default() };
+        let faced =
+            |lift| with(&groups, &nodes).own_side(&Side { owner: 0, limit: 0.46, lift }, &[place], at(-0.1)).sample;
+        assert!((faced(0.03).value - faced(0.0).value - 0.03).abs() < 1e-6);
     }
 }

@@ -276,7 +276,7 @@ pub(super) const SUB_POSES: u32 = TrackOptions::MOST_SUB_POSES;
 
 type Bound<'a> = (&'a str, &'a wgpu::Buffer);
 
-fn march<'a>(rig: &'a RigBuffers, b: &'a Buffers, params: &'a wgpu::Buffer) -> [Bound<'a>; 9] {
+fn march<'a>(rig: &'a RigBuffers, b: &'a Buffers, params: &'a wgpu::Buffer) -> [Bound<'a>; 10] {
     [
         ("params", params),
         ("groups", &b.groups),
@@ -287,6 +287,7 @@ fn march<'a>(rig: &'a RigBuffers, b: &'a Buffers, params: &'a wgpu::Buffer) -> [
         ("places", &b.places),
         ("positions", &b.skin),
         ("tracks", &b.tracks),
+        ("curves", &rig.curves),
     ]
 }
 

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     dynamics::{Clock, DynamicsParams},
     error::{PoseError, SetupError},
-    kernel::{dispatch, kernel, muscle_project},
+    kernel::{dispatch, kernel, muscle_project, track_march},
     normals::NormalParams,
     rig::{FrameInputs, Pose},
     schedule::{self, Counts, DynamicsOptions, FrameOptions, KernelId, Positions, Skinning, Step},
@@ -303,6 +303,9 @@ impl Batch {
 
     /// Which of its kernel's pipelines a step needs.
     fn variant(&self, step: &Step) -> usize {
+        if step.kernel == KernelId::TrackMarch {
+            return track_march::variant(!self.rig.rig.joins.is_empty());
+        }
         let options = counts(&self.rig).dynamics(&self.options);
         let Some(options) = options.filter(|_| step.kernel == KernelId::MuscleProject) else { return 0 };
         let bodies = &self.rig.bodies_rest;

@@ -1,6 +1,6 @@
 //! A character's static data on the device, uploaded once and shared by all its instances.
 
-use crate::{dynamics::Bodies, error::SetupError, rig::Rig};
+use crate::{dynamics::Bodies, error::SetupError, field::compose, rig::Rig};
 use std::sync::Arc;
 use wgpu::util::DeviceExt;
 
@@ -28,6 +28,7 @@ pub struct RigBuffers {
     pub(super) bodies: wgpu::Buffer,
     pub(super) bones: wgpu::Buffer,
     pub(super) links: wgpu::Buffer,
+    pub(super) curves: wgpu::Buffer,
 }
 
 impl RigBuffers {
@@ -83,7 +84,9 @@ impl RigBuffers {
             bodies,
             bones,
             links,
-        ] = data.map(|(name, bytes)| upload(device, name, bytes));
+        ] = data.map(|(name, bytes)| upload(device, name, bytes, wgpu::BufferUsages::STORAGE));
+        let curves = bytemuck::cast_slice(compose::curves());
+        let curves = upload(device, "operators", curves, wgpu::BufferUsages::UNIFORM);
         Ok(RigBuffers {
             rig,
             bodies_rest,
@@ -106,6 +109,7 @@ impl RigBuffers {
             bodies,
             bones,
             links,
+            curves,
         })
     }
 
@@ -118,22 +122,18 @@ impl RigBuffers {
 /// Smallest buffer that is made: WebGPU refuses empty bindings, and no kernel's array element is larger.
 pub(super) const MIN_BYTES: u64 = 256;
 
-fn upload(device: &wgpu::Device, name: &str, bytes: &[u8]) -> wgpu::Buffer {
+fn upload(device: &wgpu::Device, name: &str, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
     let label = format!("sinew.{name}");
     if bytes.len() as u64 >= MIN_BYTES {
         return device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some(&label),
             contents: bytes,
-            usage: wgpu::BufferUsages::STORAGE,
+            usage,
         });
     }
     let mut padded = bytes.to_vec();
     padded.resize(MIN_BYTES as usize, 0);
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(&label),
-        contents: &padded,
-        usage: wgpu::BufferUsages::STORAGE,
-    })
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(&label), contents: &padded, usage })
 }
 
 /// Whether a storage buffer of `bytes` may be made and bound whole.

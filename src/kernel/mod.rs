@@ -17,7 +17,7 @@ mod skin_linear;
 mod skin_weighted;
 mod track_carry;
 mod track_fold;
-mod track_march;
+pub(crate) mod track_march;
 mod track_place;
 mod track_slide;
 mod track_spread;

@@ -183,7 +183,12 @@ pub const JOINT: Part = Part {
 pub const CONTACT: Part = Part {
     file: "shaders/shared/contact.wgsl",
     text: include_str!("../../shaders/shared/contact.wgsl"),
-    constants: &[("CONTACT_AGREE", evaluate::CONTACT_AGREE as f64), ("CONTACT_TURN", evaluate::CONTACT_TURN as f64)],
+    constants: &[
+        ("CONTACT_AGREE", evaluate::CONTACT_AGREE as f64),
+        ("CONTACT_TURN", evaluate::CONTACT_TURN as f64),
+        ("CONTACT_APART", evaluate::APART as f64),
+        ("CONTACT_CODE_SHIFT", compose::CODE_SHIFT as f64),
+    ],
 };
 
 /// Every shared part.

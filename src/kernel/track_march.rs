@@ -4,6 +4,7 @@ use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, unif
 use crate::{
     field::{
         Fold, GroupGrid,
+        compose::JointOperatorParams,
         evaluate::{GroupFrame, Place},
         muscle::{AxisPoint, MuscleFrame},
     },
@@ -28,6 +29,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         source::GRID,
         source::CLEAN_UNION,
         source::FIELD,
+        source::JOINT,
         source::CONTACT,
     ],
     structs: STRUCTS,
@@ -41,12 +43,20 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
         ("TRACK_RUNS", tracking::RUNS as f64),
     ],
-    switches: &[],
+    switches: &[JOINS],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,
     twin: "tracking::march",
 };
+
+/// Groups are joined otherwise than by the plain union.
+const JOINS: &str = "CONTACT_JOINS";
+
+/// The variant that can do this and no more; see the switches.
+pub(crate) fn variant(joins: bool) -> usize {
+    usize::from(!joins)
+}
 
 const STRUCTS: &[SharedStruct] = &[
     shared::<TrackParams>(),
@@ -54,6 +64,7 @@ const STRUCTS: &[SharedStruct] = &[
     shared::<GroupGrid>(),
     shared::<GroupFrame>(),
     shared::<Place>(),
+    shared::<JointOperatorParams>(),
     shared::<AxisPoint>(),
     shared::<MuscleFrame>(),
     shared::<VertexTarget>(),
@@ -70,4 +81,5 @@ const BINDINGS: &[Binding] = &[
     read("places"),
     write("positions"),
     write("tracks"),
+    uniform("curves"),
 ];

@@ -177,7 +177,7 @@ impl FieldInput<'_> {
                 }
             }
         }
-        Sight { position, tracked: self.own_side(target.owner, target.limit, places, position), groups, muscles }
+        Sight { position, tracked: self.own_side(&target.side(), places, position), groups, muscles }
     }
 }
 

@@ -4,7 +4,8 @@ use super::{
     BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleSpec, MuscleWeights, Pose,
     Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
     groups::{FieldOptions, Fields, FitReport, FoldRest, GroupSpec, Swing, build_fields},
-    muscle::{self, BoneSpec},
+    joins::{Join, joins},
+    muscle::{self, BoneSpec, JointSpec},
 };
 use crate::math::{transform_point, transform_vector};
 use crate::{
@@ -29,12 +30,14 @@ pub struct BuildOptions {
     pub bones: Vec<BoneSpec>,
     /// Meshes that `bones` may name besides the character's own parts.
     pub bone_meshes: Vec<BoneMesh>,
+    /// What joins limbs at joints, where it is not the plain union.
+    pub joints: Vec<JointSpec>,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        let (groups, bones, bone_meshes) = (Vec::new(), Vec::new(), Vec::new());
-        BuildOptions { fields: true, fit: FieldOptions::default(), groups, bones, bone_meshes }
+        let (groups, bones, bone_meshes, joints) = Default::default();
+        BuildOptions { fields: true, fit: FieldOptions::default(), groups, bones, bone_meshes, joints }
     }
 }
 
@@ -73,6 +76,8 @@ pub struct Rig {
     settled: Vec<SettledPoint>,
     /// Joints between field groups.
     pub swings: Vec<Swing>,
+    /// Which groups are joined otherwise than by the plain union.
+    pub joins: Vec<Join>,
     /// Joints beside which folding skin displaces what is under it.
     pub folds: Vec<FoldRest>,
     /// The skin around those joints.
@@ -127,6 +132,7 @@ impl Rig {
         check(&character).map_err(|what| RigError::Character { character: character.name.clone(), what })?;
         let bones = bones::given(&character, &options.bones, &options.bone_meshes)?;
         let groups = FieldGroups::detect_beside(&character, &options.groups)?;
+        let joins = joins(&character, &groups, &options.joints)?;
         let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
         let mut resolved: Vec<(String, u32, MuscleRest)> = Vec::new();
         for (index, spec) in (0..).zip(muscles) {
@@ -168,6 +174,7 @@ impl Rig {
             nodes: fields.nodes,
             fits: fields.fits,
             swings: fields.swings,
+            joins,
             specs,
             drives,
             muscle_names,
@@ -186,6 +193,14 @@ impl Rig {
             bone_fields::build(&mut rig)?;
         }
         Ok(rig)
+    }
+
+    /// What joins two groups: a [`JointOperator::code`](crate::field::compose::JointOperator::code).
+    pub fn join(&self, a: u32, b: u32) -> u32 {
+        self.joins
+            .iter()
+            .find(|join| join.groups == [a, b] || join.groups == [b, a])
+            .map_or(0, |join| join.operator.code())
     }
 
     /// Number of active vertices.

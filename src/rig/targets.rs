@@ -3,9 +3,10 @@
 use super::{FrameInputs, Influence, Pose, Rig, groups::BodyPart};
 use crate::field::{
     Sample,
-    evaluate::{CONTACT_GAP, FieldInput, NO_GROUP},
+    compose::{JointOperatorParams, joint},
+    evaluate::{APART, CONTACT_GAP, FieldInput, NO_GROUP, Place, Side},
 };
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Mat4, Vec3, Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
 crate::gpu_struct! {
@@ -13,7 +14,7 @@ crate::gpu_struct! {
     pub struct VertexTarget {
         /// Direction of the composed field's gradient at rest.
         pub normal_rest: Vec4,
-        /// Composed field value at rest, muscles included.
+        /// Field value at rest: muscles set into their groups, groups joined.
         pub iso: f32,
         /// Field of a group above which the vertex is in contact with it, unless a reach says otherwise: the iso-value less
         /// a gap.
@@ -34,10 +35,18 @@ crate::gpu_struct! {
         pub edge_end: u32,
         /// 1 where it may slide along the field: not on open boundaries, nor alone.
         pub slides: u32,
+        /// What the join of groups adds to the owner's field at rest.
+        pub lift: f32,
         /// Unused.
         pub pad_0: u32,
-        /// Unused.
-        pub pad_1: u32,
+    }
+}
+
+impl VertexTarget {
+    /// Which side of the field it is on.
+    #[inline]
+    pub fn side(&self) -> Side {
+        Side { owner: self.owner, limit: self.limit, lift: self.lift }
     }
 }
 
@@ -73,8 +82,8 @@ crate::gpu_struct! {
         pub share: f32,
         /// The joint whose swing gates the draw, [`NO_JOINT`] where nothing does.
         pub gate: u32,
-        /// 1 where the group overlaps the vertex's own at rest.
-        pub kin: u32,
+        /// What joins the group to the vertex's own where the two overlap at rest, [`APART`] elsewhere.
+        pub join: u32,
     }
 }
 
@@ -183,7 +192,7 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
             limit,
             other: NO_JOINT,
             gate: NO_JOINT,
-            kin: (sample.value > 0.0).into(),
+            join: if sample.value > 0.0 { rig.join(owner, g) } else { APART },
             ..Reach::default()
         };
         if let Some(drawn) = drawn.as_ref().filter(|drawn| of_trunk || drawn.limb == g) {
@@ -199,7 +208,31 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
             seen.push((reach, blend));
         }
     }
+    join(field, p, &samples, &seen, target);
     seen
+}
+
+/// Puts what joins a vertex's own group to the one that overlaps it most into its target.
+fn join(field: &FieldInput, p: Vec3, samples: &[Sample], seen: &[Seen], target: &mut VertexTarget) {
+    let others = seen.iter().map(|(reach, _)| reach).filter(|r| r.group != target.owner && r.join != APART);
+    let value = |reach: &&Reach| samples[reach.group as usize].value;
+    let most = others.max_by(|a, b| value(a).total_cmp(&value(b)));
+    let Some(other) = most.filter(|other| other.join != 0) else { return };
+    let own = samples[target.owner as usize];
+    let operator = JointOperatorParams::of_code(other.join);
+    target.iso = joint(own, samples[other.group as usize], &operator).value;
+    target.lift = target.iso - own.value;
+    // Near a contact the own side counts as well.
+    let at_rest = |(reach, _): &Seen| Place {
+        to_rest: Mat4::IDENTITY,
+        group: reach.group,
+        limit: reach.limit,
+        join: reach.join,
+        ..Place::default()
+    };
+    let places: Vec<Place> = seen.iter().map(at_rest).collect();
+    let gradient = field.own_side(&target.side(), &places, p).sample.gradient;
+    target.normal_rest = gradient.normalize_or_zero().extend(0.0);
 }
 
 /// The field of every group at a point, and the group with the largest.

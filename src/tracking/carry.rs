@@ -85,7 +85,7 @@ fn place_one(joints: &[TrackJoint], reach: &Reach, blends: &[Influence]) -> Plac
         to_rest: affine_inverse(&matrix).0,
         group: reach.group,
         limit: reach.limit,
-        kin: reach.kin,
+        join: reach.join,
         ..Place::default()
     }
 }

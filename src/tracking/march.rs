@@ -50,7 +50,7 @@ fn step(
     p: Vec3,
     track: &mut Track,
 ) -> Vec3 {
-    let found = field.own_side(target.owner, target.limit, places, p);
+    let found = field.own_side(&target.side(), places, p);
     let gap = found.sample.value - target.iso;
     let gradient = found.sample.gradient;
     let squared = gradient.dot(gradient);

@@ -2,8 +2,11 @@
 
 use super::*;
 use crate::{
+    field::compose::JointOperator,
     math::{product, transform_point},
-    rig::{BuildOptions, Influence, NO_JOINT, Pose, Reach, Rig, Role, SkinEdge, VertexTarget},
+    reference::Reference,
+    rig::{BuildOptions, Influence, NO_JOINT, Pose, Reach, Rig, Role, SkinEdge, VertexTarget, muscle::JointSpec},
+    schedule::FrameOptions,
 };
 use glam::{Mat3, Mat4, Quat, Vec3};
 use nalgebra::Matrix3;
@@ -329,4 +332,26 @@ fn joints_without_volume_lead_nowhere_that_is_not_finite() {
             assert!(sub_pose.groups.iter().all(|g| g.to_rest.is_finite() && g.fold_end.offset.is_finite()));
         }
     }
+}
+
+#[test]
+fn joined_groups_stay_at_rest() {
+    let Some(data) = std::env::var_os("SINEW_DATA").map(std::path::PathBuf::from) else { return };
+    let scene = crate::io::gltf::read(&data.join("humans/arm_nohand_dense_2172.glb")).expect("the arm");
+    let strays = |operator: JointOperator, moved: f32| {
+        let joints = vec![JointSpec { joint: "lowerarm_l".into(), operator }];
+        let options = BuildOptions { joints, ..BuildOptions::default() };
+        let mut rig = Rig::build(scene.character.clone(), &[], &options).expect("a rig");
+        // What the join adds at rest is in the targets.
+        rig.targets.vertices.iter_mut().filter(|t| t.lift != 0.0).for_each(|t| t.iso -= moved);
+        let pose = Pose::rest(&rig.character);
+        let trace = Reference::new(&rig).frame(&pose, &FrameOptions::default()).expect("a frame");
+        let pairs = trace.positions().iter().zip(&rig.positions_rest);
+        pairs.fold(0.0f32, |most, (p, q)| most.max(p.distance(*q)))
+    };
+    for operator in [JointOperator::Blend, JointOperator::Contact, JointOperator::Bulge] {
+        let found = strays(operator, 0.0);
+        assert!(found < 1e-6, "{operator:?}: {found} m");
+    }
+    assert!(strays(JointOperator::Blend, 1e-3) > 1e-5, "another target must be seen");
 }

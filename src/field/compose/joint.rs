@@ -16,6 +16,8 @@ use crate::field::Sample;
 pub(crate) const CLOSED: f32 = 0.7;
 /// Pieces of the bulge's spline.
 pub(crate) const PIECES: u32 = 9;
+/// Bits of a [`JointOperator::code`] that are the profile; those above are the table.
+pub(crate) const CODE_SHIFT: u32 = 2;
 /// The plain union.
 pub(crate) const PROFILE_UNION: u32 = 0;
 /// A quarter circle.
@@ -113,6 +115,12 @@ impl JointOperator {
         })
     }
 
+    /// [`JointOperator::params`] in one number: 0 for the plain union.
+    pub fn code(self) -> u32 {
+        let params = self.params();
+        params.profile | params.table << CODE_SHIFT
+    }
+
     /// What kernels read of it.
     pub fn params(self) -> JointOperatorParams {
         let profile = match self {
@@ -185,6 +193,15 @@ fn bulge(big: f32, q: f32, unit: f32, share: f32) -> Partials {
     let t = (piece as f32 + f) * step;
     let scale = 1.0 / (1.0 - d * s + s_slope * (q + d * t));
     (big + unit * (s / (1.0 - d * s)), scale, s_slope * scale)
+}
+
+impl JointOperatorParams {
+    /// The operator of a [`JointOperator::code`].
+    #[inline]
+    pub fn of_code(code: u32) -> JointOperatorParams {
+        let (profile, table) = (code & ((1 << CODE_SHIFT) - 1), code >> CODE_SHIFT);
+        JointOperatorParams { profile, table, ..JointOperatorParams::default() }
+    }
 }
 
 /// Two limbs joined. Where either has no gradient there is no angle, and the larger one is taken whole.
@@ -403,5 +420,7 @@ mod tests {
             JointOperator::ALL.iter().map(|o| (o.params().profile, o.params().table)).collect();
         assert_eq!(params.len(), JointOperator::ALL.len() - 1, "only the elbow is another's twin");
         assert_eq!(JointOperator::Elbow.params(), JointOperator::Contact.params());
+        assert_eq!(JointOperator::Union.code(), 0);
+        assert!(JointOperator::ALL.iter().all(|o| JointOperatorParams::of_code(o.code()) == o.params()));
     }
 }

@@ -22,7 +22,7 @@ pub(crate) use self::{
     clean_union::{ITERATIONS, SMALL},
     controller::STEPS,
     detail::{FILLET, HEADROOM, SATURATION},
-    joint::{CLOSED, PIECES, PROFILE_BULGE, PROFILE_UNION},
+    joint::{CLOSED, CODE_SHIFT, PIECES, PROFILE_BULGE, PROFILE_UNION},
     sample::CLEAN_UNION,
 };
 

@@ -21,7 +21,7 @@ pub use edit::{Document, Mirrored, Settings};
 pub use names::SideNames;
 pub use schema::schema;
 
-use crate::error::{BoneError, GroupError, MuscleError, MuscleFileError, one_line};
+use crate::error::{BoneError, GroupError, JointError, MuscleError, MuscleFileError, one_line};
 use crate::rig::drive::load_tables;
 use crate::rig::muscle::{
     BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint, find_wrap_joint,
@@ -190,6 +190,11 @@ impl MuscleFile {
         place::at_key(&self.text, &self.path, &key, &error.to_string())
     }
 
+    /// What is wrong with a joint's operator, with the line and column of its table in this file.
+    pub fn locate_joint(&self, error: &JointError) -> MuscleFileError {
+        place::at_key(&self.text, &self.path, &place::of_joint(error.joint()), &error.to_string())
+    }
+
     /// Checks every bone and joint that the file names against the character. What a rig needs besides, the muscles'
     /// lengths and fields, is checked where it is built.
     ///
@@ -210,10 +215,8 @@ impl MuscleFile {
             }
         }
         for spec in &self.joints {
-            find_joint(&spec.joint, character).map_err(|nearest| {
-                let what = format!("joint `{}`: the character has no such joint; nearest names: {nearest}", spec.joint);
-                place::at_key(&self.text, &self.path, &place::of_joint(&spec.joint), &what)
-            })?;
+            find_joint(&spec.joint, character)
+                .map_err(|nearest| self.locate_joint(&JointError::Unknown { joint: spec.joint.clone(), nearest }))?;
         }
         for spec in &self.bones {
             find_joint(&spec.bone, character)
