@@ -1,6 +1,7 @@
 //! Skinning, field evaluation and the tracker's stages, on the GPU and on the CPU, at the paper's sizes and above.
 //!
-//! `cargo bench` prints the adapter first. A time from a software adapter is a CPU time. Throughput is vertices per
+//! For every size it prints what a pass looks at, a table of a frame's stages, and the bytes on the device; then criterion's
+//! own measurements. `cargo bench` prints the adapter first. A time from a software adapter is a CPU time. Throughput is vertices per
 //! second; `one core` runs on a pool of one thread. A whole frame goes to and fro between two poses two degrees apart.
 
 mod tube;
@@ -9,14 +10,47 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use sinew::{
     gpu::{Batch, DeviceChoice, Headless, Kernels, Output, RigBuffers},
     reference::{Motion, Reference, Trace},
-    rig::{FrameInputs, Pose, Rig},
+    rig::{FrameInputs, Pose, Rig, Role},
     schedule::{Counts, FrameOptions, KernelId, Skinning, Step},
     skinning::{self, SkinInput},
     tracking::{self, FieldInput, RelaxInput, TrackParams},
 };
-use std::{sync::Arc, time::Duration};
+use std::{
+    cell::Cell,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 const SIZES: [usize; 3] = [2_172, 19_296, 200_000];
+/// A size at which a frame is only timed a few times.
+const MOST: usize = 2_000_000;
+/// Frames of which a table shows the means.
+const FRAMES: u32 = 3;
+
+/// Time spent in every stage.
+#[derive(Default)]
+struct Stages(Vec<(KernelId, Duration)>);
+
+impl Stages {
+    fn add(&mut self, kernel: KernelId, time: Duration) {
+        match self.0.iter_mut().find(|(own, _)| *own == kernel) {
+            Some((_, sum)) => *sum += time,
+            None => self.0.push((kernel, time)),
+        }
+    }
+
+    fn means(&self) -> Vec<(KernelId, f64)> {
+        self.0.iter().map(|(kernel, sum)| (*kernel, 1e3 * sum.as_secs_f64() / f64::from(FRAMES))).collect()
+    }
+}
+
+fn table(name: &str, stages: &[(KernelId, f64)]) {
+    let sum: f64 = stages.iter().map(|(_, ms)| ms).sum();
+    println!("{name}: {sum:.2} ms in stages");
+    for (kernel, ms) in stages {
+        println!("  {:<12} {ms:9.2} ms {:5.1} %", format!("{kernel:?}"), 100.0 * ms / sum);
+    }
+}
 
 struct Case {
     rig: Arc<Rig>,
@@ -28,8 +62,10 @@ struct Case {
 
 impl Case {
     fn new(vertices: usize) -> Case {
+        // So many vertices are not worth the sub-poses of a bend.
+        let degrees = if vertices == MOST { 0.0 } else { 70.0 };
         let rig = Arc::new(tube::rig(vertices));
-        let poses = [70.0, 72.0].map(|degrees| tube::bent(&rig, degrees));
+        let poses = [degrees, degrees + 2.0].map(|degrees| tube::bent(&rig, degrees));
         let inputs = FrameInputs::new(&rig, &poses[0]).expect("a pose of the rig's own");
         let options = FrameOptions::default();
         let mut motion = Motion::new(&rig, &options);
@@ -38,6 +74,60 @@ impl Case {
         let linear = FrameOptions { skinning: Skinning::Linear, ..options };
         trace.skinned = reference.frame(&poses[0], &linear).expect("a pose of the rig's own").skinned;
         Case { rig, poses, inputs, motion, trace }
+    }
+
+    /// What an active vertex looks at in one pass, where the frame has left it: groups that may reach it, and muscles in
+    /// whose boxes it lies.
+    fn candidates(&self) {
+        let skin = self.motion.skin.as_ref().expect("a tracked skin");
+        let (mut active, mut groups, mut muscles) = (0u64, 0u64, 0u64);
+        for (v, target) in self.rig.targets.vertices.iter().enumerate().filter(|(_, t)| t.role == Role::Active as u32) {
+            let p = skin.positions[v].truncate();
+            let places = &skin.places[target.reach_begin as usize..target.reach_end as usize];
+            active += 1;
+            for (g, frame) in (0..).zip(&self.inputs.groups) {
+                let place = places.iter().find(|place| place.group == g);
+                if frame.present == 0 || (place.is_none() && frame.is_beyond(p)) {
+                    continue;
+                }
+                groups += 1;
+                let p_rest = place.map_or(frame.to_rest, |place| place.to_rest).transform_point3(p);
+                let own = frame.grid.muscle_begin as usize..frame.grid.muscle_end as usize;
+                muscles += self.trace.muscles[own].iter().filter(|m| m.reaches(p_rest)).count() as u64;
+            }
+        }
+        let passes = u64::from(FrameOptions::default().track.passes + FrameOptions::default().track.projections);
+        let each = |count: u64| count as f64 / active as f64;
+        println!(
+            "{} vertices, {active} active, {} reaches: a pass looks at {:.2} groups and {:.2} muscles a vertex, a frame of \
+             one sub-pose at {:.1} and {:.1}",
+            self.rig.character.vertex_count(),
+            self.rig.targets.reaches.len(),
+            each(groups),
+            each(muscles),
+            each(groups * passes),
+            each(muscles * passes)
+        );
+    }
+
+    /// Mean milliseconds of every stage of a frame on the reference, in the frame's order.
+    fn stages(&self) -> Vec<(KernelId, f64)> {
+        let mut spent = Stages::default();
+        let (options, mut motion) = (FrameOptions::default(), self.motion.clone());
+        for k in 0..FRAMES {
+            let pose = &self.poses[(k as usize + 1) % 2];
+            let mut before: Option<(KernelId, Instant)> = None;
+            let mut note = |now: Option<KernelId>| {
+                if let Some((kernel, start)) = before {
+                    spent.add(kernel, start.elapsed());
+                }
+                before = now.map(|kernel| (kernel, Instant::now()));
+            };
+            let reference = Reference::new(&self.rig);
+            reference.watched(&mut motion, pose, &options, |step| note(Some(step.kernel))).expect("a pose of its own");
+            note(None);
+        }
+        spent.means()
     }
 
     fn field(&self) -> FieldInput<'_> {
@@ -99,8 +189,7 @@ fn cpu(criterion: &mut Criterion, cases: &[Case]) {
     group.finish();
 }
 
-fn gpu(criterion: &mut Criterion, cases: &[Case], headless: &Headless) {
-    let kernels = Kernels::new(&headless.device).expect("pipelines");
+fn gpu(criterion: &mut Criterion, cases: &[Case], headless: &Headless, kernels: &Kernels) {
     let mut group = criterion.benchmark_group(format!("{} ({:?})", headless.info.name, headless.info.device_type));
     group.measurement_time(Duration::from_secs(3)).sample_size(20);
     for case in cases {
@@ -108,7 +197,7 @@ fn gpu(criterion: &mut Criterion, cases: &[Case], headless: &Headless) {
         group.throughput(Throughput::Elements(vertices as u64));
         let buffers = Arc::new(RigBuffers::upload(&headless.device, Arc::clone(&case.rig)).expect("buffers"));
         let mut batch =
-            Batch::new(&kernels, &headless.device, &headless.queue, &buffers, 1, Output::Owned).expect("batch");
+            Batch::new(kernels, &headless.device, &headless.queue, &buffers, 1, Output::Owned).expect("batch");
         let mut play = |name: &str, moves: bool, chosen: &dyn Fn(&Step) -> bool| {
             let mut poses = case.poses.iter().cycle();
             let mut pose = |batch: &mut Batch| {
@@ -133,7 +222,7 @@ fn gpu(criterion: &mut Criterion, cases: &[Case], headless: &Headless) {
         play("turn, all passes", false, &|s| s.kernel == KernelId::TrackTurn);
         play("slide, all sweeps", false, &|s| s.kernel == KernelId::TrackSlide);
         play("nothing: submit and wait", false, &|_| false);
-        field_sample(&mut group, case, headless, &kernels);
+        field_sample(&mut group, case, headless, kernels);
     }
     group.finish();
 }
@@ -183,17 +272,66 @@ fn field_sample(
     });
 }
 
-fn benches(criterion: &mut Criterion) {
-    let cases = SIZES.map(Case::new);
-    match Headless::new(&DeviceChoice::Auto) {
-        Ok(headless) => {
-            println!(
-                "adapter: {} ({:?}), {}",
-                headless.info.name, headless.info.device_type, headless.info.driver_info
-            );
-            gpu(criterion, &cases, &headless);
+/// Mean milliseconds of every stage of a frame on the device, each step submitted by itself, less an empty submit; and the bytes.
+fn stages(case: &Case, headless: &Headless, kernels: &Kernels) -> Vec<(KernelId, f64)> {
+    let buffers = Arc::new(RigBuffers::upload(&headless.device, Arc::clone(&case.rig)).expect("buffers"));
+    let mut batch = Batch::new(kernels, &headless.device, &headless.queue, &buffers, 1, Output::Owned).expect("batch");
+    let (all, vertices) = (buffers.bytes() + batch.bytes(), case.rig.character.vertex_count());
+    println!(
+        "{vertices} vertices: {:.1} MB of the character and {:.1} MB of an instance on the device, {:.2} MB per 1,000 vertices",
+        buffers.bytes() as f64 / 1e6,
+        batch.bytes() as f64 / 1e6,
+        all as f64 / 1e3 / vertices as f64
+    );
+    let mut spent = Stages::default();
+    for k in 0..=FRAMES {
+        batch.set_pose(&headless.queue, 0, &case.poses[k as usize % 2]).expect("a pose of the rig's own");
+        let time = |chosen: &dyn Fn(&Step) -> bool| {
+            let start = Instant::now();
+            headless.submit(|encoder| batch.encode_where(encoder, None, chosen));
+            headless.wait().expect("the device keeps up");
+            start.elapsed()
+        };
+        let nothing = time(&|_| false);
+        for (place, step) in batch.steps().iter().enumerate() {
+            // Asked about the step that ends a motion, then about all of them in the frame's order.
+            let asked = Cell::new(0);
+            let took = time(&|_| asked.replace(asked.get() + 1) == place + 1);
+            // The first frame makes pipelines.
+            if k > 0 {
+                spent.add(step.kernel, took.saturating_sub(nothing));
+            }
         }
-        Err(error) => println!("GPU not measured: {error}"),
+    }
+    spent.means()
+}
+
+fn benches(criterion: &mut Criterion) {
+    let device = match Headless::new(&DeviceChoice::Auto) {
+        Ok(headless) => {
+            let info = &headless.info;
+            println!("adapter: {} ({:?}), {}", info.name, info.device_type, info.driver_info);
+            let kernels = Kernels::new(&headless.device).expect("pipelines");
+            Some((headless, kernels))
+        }
+        Err(error) => {
+            println!("GPU not measured: {error}");
+            None
+        }
+    };
+    let show = |case: &Case| {
+        case.candidates();
+        let vertices = case.rig.character.vertex_count();
+        table(&format!("reference, {vertices} vertices"), &case.stages());
+        if let Some((headless, kernels)) = &device {
+            table(&format!("{}, {vertices} vertices", headless.info.name), &stages(case, headless, kernels));
+        }
+    };
+    let cases = SIZES.map(Case::new);
+    cases.iter().for_each(show);
+    show(&Case::new(MOST));
+    if let Some((headless, kernels)) = &device {
+        gpu(criterion, &cases, headless, kernels);
     }
     println!("CPU reference: {} threads unless it says one core", rayon::current_num_threads());
     cpu(criterion, &cases);

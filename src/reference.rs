@@ -175,6 +175,23 @@ impl<'a> Reference<'a> {
         under_way
     }
 
+    /// [`Reference::next`], telling of every step before it is played: for measuring stages.
+    ///
+    /// # Errors
+    /// The pose is another character's or not finite.
+    pub fn watched(
+        &self,
+        motion: &mut Motion,
+        pose: &Pose,
+        options: &FrameOptions,
+        mut watch: impl FnMut(&Step),
+    ) -> Result<Trace, PoseError> {
+        self.play_where(motion, pose, options, Trace::default(), |step| {
+            watch(step);
+            true
+        })
+    }
+
     /// Plays the chosen steps of the next frame.
     fn play_where(
         &self,
@@ -182,7 +199,7 @@ impl<'a> Reference<'a> {
         pose: &Pose,
         options: &FrameOptions,
         mut trace: Trace,
-        chosen: impl Fn(&Step) -> bool,
+        mut chosen: impl FnMut(&Step) -> bool,
     ) -> Result<Trace, PoseError> {
         let inputs = FrameInputs::new(self.rig, pose)?;
         let counts = counts(self.rig);
@@ -191,10 +208,12 @@ impl<'a> Reference<'a> {
             _ => 0,
         };
         let mut under_way = self.lead(motion, &inputs, pose, options);
-        trace.steps = schedule::frame(&counts, options, turns, under_way.way.count);
-        trace.steps.retain(chosen);
-        for step in trace.steps.clone() {
-            self.play(&step, &inputs, options, motion, &mut under_way, &mut trace);
+        trace.steps.clear();
+        for step in schedule::frame(&counts, options, turns, under_way.way.count) {
+            if chosen(&step) {
+                self.play(&step, &inputs, options, motion, &mut under_way, &mut trace);
+                trace.steps.push(step);
+            }
         }
         if let Some(simulation) = &mut motion.simulation {
             simulation.axes.clone_from(&trace.axes);

@@ -67,6 +67,8 @@ pub(super) struct Buffers {
     /// One per sub-pose, the pose itself first.
     pub track_params: Vec<wgpu::Buffer>,
     pub projection_params: wgpu::Buffer,
+    /// Bytes of all that grows with the character, output included.
+    pub bytes: u64,
 }
 
 impl Buffers {
@@ -147,6 +149,7 @@ impl Buffers {
             carry_params: uniform("carry params", size_of::<DynamicsParams>()),
             track_params: (0..SUB_POSES).map(|_| uniform("track params", size_of::<TrackParams>())).collect(),
             projection_params: uniform("projection params", size_of::<TrackParams>()),
+            bytes: sizes.iter().map(|(_, bytes)| bytes).sum(),
         };
         Ok((buffers, layout))
     }

@@ -324,6 +324,11 @@ impl Batch {
         &self.rig.rig
     }
 
+    /// Bytes on the device of all instances together, besides the rig's own ([`RigBuffers::bytes`]).
+    pub fn bytes(&self) -> u64 {
+        self.buffers.bytes
+    }
+
     /// Number of instances.
     pub fn count(&self) -> u32 {
         self.count

@@ -29,6 +29,7 @@ pub struct RigBuffers {
     pub(super) bones: wgpu::Buffer,
     pub(super) links: wgpu::Buffer,
     pub(super) curves: wgpu::Buffer,
+    bytes: u64,
 }
 
 impl RigBuffers {
@@ -60,6 +61,7 @@ impl RigBuffers {
             ("bones", bytemuck::cast_slice(&bodies_rest.bones)),
             ("links", bytemuck::cast_slice(&bodies_rest.links)),
         ];
+        let bytes = data.iter().map(|(_, bytes)| bytes.len() as u64).sum();
         let limits = device.limits();
         for (name, bytes) in &data {
             fits(&limits, &format!("`{}`: {name}", character.name), bytes.len() as u64)?;
@@ -110,7 +112,13 @@ impl RigBuffers {
             bones,
             links,
             curves,
+            bytes,
         })
+    }
+
+    /// Bytes on the device, shared by all instances.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
     }
 
     /// The rig that was uploaded.

@@ -63,8 +63,8 @@ pub enum Role {
 }
 
 crate::gpu_struct! {
-    /// A field group that a vertex sees through a frame of its own: the blend of joints' matrices, drawn towards another
-    /// joint's beside hips and shoulders (prototypes 5).
+    /// A field group that a vertex sees in a way of its own: because the two overlap at rest, or through a frame blended of
+    /// joints' matrices and drawn towards another joint's beside hips and shoulders (prototypes 5).
     pub struct Reach {
         /// Where the vertex lies about the joint that gates the draw, a unit vector at rest; unused without a gate.
         pub side: Vec4,
@@ -204,7 +204,8 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
             Some(trunk) if of_trunk => trunk.weights(rig, v),
             _ => vec![Influence { joint: rig.grids[g as usize].joint, weight: 1.0 }],
         };
-        if of_trunk || reach.other != NO_JOINT || sample.value > 0.0 {
+        // The own group by itself is seen as all others see it.
+        if of_trunk || reach.other != NO_JOINT || (sample.value > 0.0 && g != owner) {
             seen.push((reach, blend));
         }
     }
