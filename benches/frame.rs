@@ -177,8 +177,12 @@ fn cpu(criterion: &mut Criterion, cases: &[Case]) {
         group.bench_function(BenchmarkId::new("turn, one pass", vertices), |b| {
             b.iter(|| tracking::turn(&params, &relax, &skin.positions, &mut skin.tracks));
         });
+        let mut spans = samples.clone();
+        group.bench_function(BenchmarkId::new("span, one pass", vertices), |b| {
+            b.iter(|| tracking::span(&relax, &skin.tracks, &mut spans));
+        });
         group.bench_function(BenchmarkId::new("slide, one sweep", vertices), |b| {
-            b.iter(|| tracking::slide(&params, &relax, &skin.tracks, &skin.positions, &mut samples));
+            b.iter(|| tracking::slide(&params, &relax, &skin.tracks, &spans, &skin.positions, &mut samples));
         });
         let mut motion = case.motion.clone();
         let mut poses = case.poses.iter().rev().cycle();

@@ -33,5 +33,6 @@ mod track_fold;
 mod track_march;
 mod track_place;
 mod track_slide;
+mod track_span;
 mod track_spread;
 mod track_turn;

@@ -164,6 +164,16 @@ impl Crowd {
         RelaxInput { targets: &self.targets, edges: &self.edges, positions_rest: &self.rest }
     }
 
+    /// What the edges of all instances' vertices come to.
+    pub fn spans(&self) -> Vec<Vec4> {
+        let mut spans = vec![Vec4::ZERO; self.tracks.len()];
+        for instance in 0..WAYS.len() {
+            let own = self.of(instance);
+            sinew::tracking::span(&self.relax_input(), &self.tracks[own.clone()], &mut spans[own]);
+        }
+        spans
+    }
+
     /// Vertices of one instance.
     pub fn of(&self, instance: usize) -> std::ops::Range<usize> {
         instance * self.count..(instance + 1) * self.count
@@ -173,7 +183,8 @@ impl Crowd {
     pub fn gpu(&self, id: KernelId, sub_pose: usize, items: usize, outputs: &[(&str, usize)]) -> Option<Vec<Vec<u8>>> {
         let gpu = gpu()?;
         let params = self.params(sub_pose);
-        let inputs: [(&str, &[u8]); 12] = [
+        let spans = self.spans();
+        let inputs: [(&str, &[u8]); 13] = [
             ("params", bytemuck::bytes_of(&params)),
             ("joints", bytemuck::cast_slice(&self.joints)),
             ("ways", bytemuck::cast_slice(&WAYS)),
@@ -186,9 +197,11 @@ impl Crowd {
             ("blends", bytemuck::cast_slice(&self.blends)),
             ("positions", bytemuck::cast_slice(&self.positions)),
             ("tracks", bytemuck::cast_slice(&self.tracks)),
+            ("spans", bytemuck::cast_slice(&spans)),
         ];
-        let bound: Vec<_> =
-            inputs.into_iter().filter(|(name, _)| kernel(id).bindings.iter().any(|b| b.name == *name)).collect();
+        let written = |name: &str| outputs.iter().any(|(output, _)| *output == name && name == "spans");
+        let wanted = |name: &str| kernel(id).bindings.iter().any(|b| b.name == name) && !written(name);
+        let bound: Vec<_> = inputs.into_iter().filter(|(name, _)| wanted(name)).collect();
         let sizes: Vec<_> = outputs.iter().map(|(name, size)| (*name, (items + 1) * size)).collect();
         let mut out = run(&gpu, id, items as u64, &bound, &sizes);
         for (bytes, (name, size)) in out.iter_mut().zip(outputs) {

@@ -5,7 +5,7 @@ use crate::track_fixtures::{Crowd, WAYS, apart, degenerate};
 use glam::Vec4;
 use sinew::{schedule::KernelId, tracking};
 
-/// Two rotations an edge, five edges, one division: a few ulp of coordinates up to 1.
+/// Five edges and a product: a few ulp of coordinates up to 1.
 const SLID: f32 = 1e-6;
 
 fn cpu(crowd: &Crowd) -> Vec<Vec4> {
@@ -13,7 +13,8 @@ fn cpu(crowd: &Crowd) -> Vec<Vec4> {
     for instance in 0..WAYS.len() {
         let own = crowd.of(instance);
         let (tracks, positions) = (&crowd.tracks[own.clone()], &crowd.positions[own.clone()]);
-        tracking::slide(&crowd.params(0), &crowd.relax_input(), tracks, positions, &mut slid[own]);
+        let spans = &crowd.spans()[own.clone()];
+        tracking::slide(&crowd.params(0), &crowd.relax_input(), tracks, spans, positions, &mut slid[own]);
     }
     slid
 }

@@ -277,6 +277,7 @@ impl<'a> Reference<'a> {
             | KernelId::TrackFold
             | KernelId::TrackMarch
             | KernelId::TrackTurn
+            | KernelId::TrackSpan
             | KernelId::TrackSlide
             | KernelId::TrackSpread => {
                 if let Some(skin) = &mut motion.skin {

@@ -35,6 +35,8 @@ pub enum KernelId {
     TrackMarch,
     /// How the skin around every vertex has turned.
     TrackTurn,
+    /// What vertices' edges at rest come to, turned with the skin.
+    TrackSpan,
     /// One sweep of relaxation along the field.
     TrackSlide,
     /// First copies' positions to all vertices.
@@ -203,6 +205,7 @@ fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Ve
             steps.push(fold);
             steps.push(march);
             steps.push(step(KernelId::TrackTurn, counts.vertices, skin, None));
+            steps.push(step(KernelId::TrackSpan, if options.sweeps > 0 { counts.vertices } else { 0 }, None, None));
             for _ in 0..options.sweeps.div_ceil(2) {
                 steps.push(step(KernelId::TrackSlide, counts.vertices, skin, slid));
                 steps.push(step(KernelId::TrackSlide, counts.vertices, slid, skin));
@@ -240,6 +243,7 @@ mod tests {
             TrackPlace,
             TrackMarch,
             TrackTurn,
+            TrackSpan,
             TrackSlide,
             TrackSlide,
             TrackMarch,

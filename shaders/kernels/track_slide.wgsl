@@ -4,8 +4,8 @@
 @group(0) @binding(0) var<uniform> params: TrackParams;
 @group(0) @binding(1) var<storage, read> targets: array<VertexTarget>;
 @group(0) @binding(2) var<storage, read> edges: array<SkinEdge>;
-@group(0) @binding(3) var<storage, read> positions_rest: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read> tracks: array<Track>;
+@group(0) @binding(3) var<storage, read> tracks: array<Track>;
+@group(0) @binding(4) var<storage, read> spans: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(6) var<storage, read_write> slid: array<vec4<f32>>;
 
@@ -31,20 +31,12 @@ fn main(
         slid[index] = own;
         return;
     }
-    let rotation = quaternion_matrix(tracks[index].rotation);
-    let p_rest = positions_rest[index - first].xyz;
     var sum = vec3<f32>(0.0);
-    var weights = 0.0;
     for (var k = goal.edge_begin; k < goal.edge_end; k++) {
-        let other = edges[k].neighbour;
-        let e = p_rest - positions_rest[other].xyz;
-        let theirs = quaternion_matrix(tracks[first + other].rotation);
-        let both = (rotation[0] * e.x + rotation[1] * e.y + rotation[2] * e.z)
-            + (theirs[0] * e.x + theirs[1] * e.y + theirs[2] * e.z);
-        sum += (positions[first + other].xyz + both * 0.5) * edges[k].weight;
-        weights += edges[k].weight;
+        sum += positions[first + edges[k].neighbour].xyz * edges[k].weight;
     }
-    let way = sum / weights - own.xyz;
+    let span = spans[index];
+    let way = sum * span.w + span.xyz - own.xyz;
     let share = 1.0 - params.contact_hold * tracks[index].contact;
     let moved = own.xyz + (way - normal * math_dot(normal, way)) * share;
     slid[index] = select(vec4<f32>(moved, 1.0), own, math_not_finite(math_dot(moved, moved)));

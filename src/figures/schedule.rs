@@ -32,6 +32,7 @@ fn words(kernel: KernelId, projects: bool, carries: bool) -> (&'static str, usiz
         KernelId::TrackMarch if projects => ("last steps to the iso-values", 1),
         KernelId::TrackMarch => ("a step to the iso-values", 1),
         KernelId::TrackTurn => ("how the skin has turned", 1),
+        KernelId::TrackSpan => ("what its edges come to", 1),
         KernelId::TrackSlide => ("the skin relaxed along the field", 1),
         KernelId::TrackSpread => ("copies at seams", 3),
         KernelId::Normals => ("normals and vertex buffer", 3),

@@ -47,6 +47,7 @@ pub(super) struct Buffers {
     pub tracks: wgpu::Buffer,
     pub skin: wgpu::Buffer,
     pub slid: wgpu::Buffer,
+    pub spans: wgpu::Buffer,
     pub places: wgpu::Buffer,
     pub track_joints: wgpu::Buffer,
     pub ways: wgpu::Buffer,
@@ -100,6 +101,7 @@ impl Buffers {
             ("muscle iterates", times(2, 16 * axis::half(counts.muscles, counts.points))),
             ("skin positions", times(tracked, 16)),
             ("slid positions", times(tracked, 16)),
+            ("edge spans", times(tracked, 16)),
             ("places", times(counts.reaches, size_of::<Place>())),
             ("tracked joints", times(SUB_POSES * carried, size_of::<TrackJoint>())),
             ("ways", times(1, size_of::<Way>())),
@@ -110,7 +112,7 @@ impl Buffers {
         for (name, bytes) in &sizes {
             fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
         }
-        output.check(sizes[19].1, &limits)?;
+        output.check(sizes[20].1, &limits)?;
         let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
         let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
         let buffers = Buffers {
@@ -124,14 +126,15 @@ impl Buffers {
             tracks: storage(sizes[7]),
             skin: storage(sizes[13]),
             slid: storage(sizes[14]),
-            places: storage(sizes[15]),
-            track_joints: storage(sizes[16]),
-            ways: storage(sizes[17]),
-            offsets: storage(sizes[18]),
+            spans: storage(sizes[15]),
+            places: storage(sizes[16]),
+            track_joints: storage(sizes[17]),
+            ways: storage(sizes[18]),
+            offsets: storage(sizes[19]),
             output: match output {
                 Output::Caller { buffer, .. } => buffer,
                 Output::Owned => {
-                    buffer(device, sizes[19].0, sizes[19].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
+                    buffer(device, sizes[20].0, sizes[20].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
                 }
             },
             vertex_params: uniform("vertex params", size_of::<VertexParams>()),
@@ -314,7 +317,7 @@ fn track(
     rig: &RigBuffers,
     b: &Buffers,
     params: &wgpu::Buffer,
-) -> Result<[Prepared; 8], SetupError> {
+) -> Result<[Prepared; 9], SetupError> {
     let carry = [
         ("params", params),
         ("joints", &b.track_joints),
@@ -342,13 +345,21 @@ fn track(
         ("positions", &b.skin),
         ("tracks", &b.tracks),
     ];
+    let span = [
+        ("params", params),
+        ("targets", &rig.targets),
+        ("edges", &rig.edges),
+        ("positions_rest", &rig.positions_rest),
+        ("tracks", &b.tracks),
+        ("spans", &b.spans),
+    ];
     let slide = |positions, slid| {
         [
             ("params", params),
             ("targets", &rig.targets),
             ("edges", &rig.edges),
-            ("positions_rest", &rig.positions_rest),
             ("tracks", &b.tracks),
+            ("spans", &b.spans),
             ("positions", positions),
             ("slid", slid),
         ]
@@ -360,6 +371,7 @@ fn track(
         make(KernelId::TrackFold, None, &fold(rig, b, params))?,
         make(KernelId::TrackMarch, None, &march(rig, b, params))?,
         make(KernelId::TrackTurn, None, &turn)?,
+        make(KernelId::TrackSpan, None, &span)?,
         make(KernelId::TrackSlide, Some(Positions::Skin), &slide(&b.skin, &b.slid))?,
         make(KernelId::TrackSlide, Some(Positions::Slid), &slide(&b.slid, &b.skin))?,
         make(KernelId::TrackSpread, None, &spread)?,

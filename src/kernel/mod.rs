@@ -20,6 +20,7 @@ mod track_fold;
 pub(crate) mod track_march;
 mod track_place;
 mod track_slide;
+mod track_span;
 mod track_spread;
 mod track_turn;
 
@@ -110,7 +111,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 18] = [
+pub const KERNELS: [Kernel; 19] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     skin_weighted::KERNEL,
@@ -123,6 +124,7 @@ pub const KERNELS: [Kernel; 18] = [
     track_fold::KERNEL,
     track_march::KERNEL,
     track_turn::KERNEL,
+    track_span::KERNEL,
     track_slide::KERNEL,
     track_spread::KERNEL,
     normals::KERNEL,
@@ -146,6 +148,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::TrackFold => &track_fold::KERNEL,
         KernelId::TrackMarch => &track_march::KERNEL,
         KernelId::TrackTurn => &track_turn::KERNEL,
+        KernelId::TrackSpan => &track_span::KERNEL,
         KernelId::TrackSlide => &track_slide::KERNEL,
         KernelId::TrackSpread => &track_spread::KERNEL,
         KernelId::Normals => &normals::KERNEL,

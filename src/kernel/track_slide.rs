@@ -11,7 +11,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::TrackSlide,
     stem: "track_slide",
     source: include_str!("../../shaders/kernels/track_slide.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::QUATERNION],
+    parts: &[source::DISPATCH, source::MATH],
     structs: STRUCTS,
     constants: &[("ROLE_ACTIVE", Role::Active as u32 as f64), ("TRACK_RUNS", tracking::RUNS as f64)],
     switches: &[],
@@ -28,8 +28,8 @@ const BINDINGS: &[Binding] = &[
     uniform("params"),
     read("targets"),
     read("edges"),
-    read("positions_rest"),
     read("tracks"),
+    read("spans"),
     read("positions"),
     write("slid"),
 ];

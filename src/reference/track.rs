@@ -16,6 +16,7 @@ pub(super) struct UnderWay {
     /// The pose itself, where the skin is in it already.
     pub still: SubPose,
     pub slid: Vec<Vec4>,
+    pub spans: Vec<Vec4>,
 }
 
 impl Reference<'_> {
@@ -31,7 +32,7 @@ impl Reference<'_> {
         let rig = self.rig;
         let targets = &rig.targets;
         let params = TrackParams::new(&counts(rig), 1, &options.track, step.sub_pose, step.projects);
-        let UnderWay { way, sub_poses, still, slid } = under_way;
+        let UnderWay { way, sub_poses, still, slid, spans } = under_way;
         let sub_pose = match sub_poses.iter_mut().rev().nth(step.sub_pose as usize) {
             Some(sub_pose) => sub_pose,
             None => still,
@@ -76,13 +77,17 @@ impl Reference<'_> {
                 tracking::march(&params, &field, &targets.vertices, places, positions, tracks);
             }
             KernelId::TrackTurn => tracking::turn(&params, &relax, &skin.positions, &mut skin.tracks),
+            KernelId::TrackSpan => {
+                spans.resize(skin.positions.len(), Vec4::ZERO);
+                tracking::span(&relax, &skin.tracks, spans);
+            }
             KernelId::TrackSlide => {
                 slid.resize(skin.positions.len(), Vec4::ZERO);
                 let (from, to) = match step.reads {
                     Some(Positions::Slid) => (&*slid, &mut skin.positions),
                     _ => (&skin.positions, slid),
                 };
-                tracking::slide(&params, &relax, &skin.tracks, from, to);
+                tracking::slide(&params, &relax, &skin.tracks, spans, from, to);
             }
             KernelId::TrackSpread => {
                 trace.tracked.resize(skin.positions.len(), Vec4::ZERO);

@@ -77,7 +77,7 @@ fn folded(entries: &[Entry], length: usize) -> Vec<Entry> {
 }
 
 impl Entry {
-    /// In one line: `5 x { track_fold, track_march, track_turn, 4 x track_slide }`.
+    /// In one line: `5 x { track_fold, track_march, track_turn, track_span, 4 x track_slide }`.
     pub fn line(&self) -> String {
         match self {
             Entry::Step { kernel, .. } => kernel.name(),
@@ -123,7 +123,7 @@ mod tests {
                 "joint_step",
                 "muscle_predict",
                 "muscle_shape",
-                "3 x { track_carry, track_place, 5 x { track_fold, track_march, track_turn, 4 x track_slide } }",
+                "3 x { track_carry, track_place, 5 x { track_fold, track_march, track_turn, track_span, 4 x track_slide } }",
                 "3 x track_march",
                 "track_spread",
                 "normals",

@@ -3,7 +3,7 @@
 //!
 //! A pose is reached in sub-poses. In each, the skin is carried along by the joints ([`carry`]); vertices see the field
 //! groups around them through frames of their own ([`place`]); then passes of one Newton step each ([`march`]) alternate
-//! with relaxation along the field ([`turn`], [`slide`]), and the last passes only project. What a frame leaves behind is
+//! with relaxation along the field ([`turn`], [`span`], [`slide`]), and the last passes only project. What a frame leaves behind is
 //! where the next one starts.
 
 mod carry;
@@ -17,7 +17,7 @@ pub use carry::{CarryInput, carry, drawn_share, place, spread};
 pub use fold::{FOLD_LANES, FoldInput, fold};
 pub use march::{march, sample};
 pub use path::{Path, SubPose, TrackJoint, Way};
-pub use relax::{RelaxInput, slide, turn};
+pub use relax::{RelaxInput, slide, span, turn};
 
 #[cfg(feature = "gpu")]
 pub(crate) use carry::{OPEN_FROM, OPEN_RANGE};

@@ -1,5 +1,5 @@
 //! Relaxation of the skin along the field: as rigid as possible (background 2.2, with the normal term of prototypes 3).
-//! Twins of the kernels `track_turn` and `track_slide`.
+//! Twins of the kernels `track_turn`, `track_span` and `track_slide`.
 
 use super::{Track, TrackParams, carry::CHUNK, is_finite, not_finite, point};
 use crate::rig::{Role, SkinEdge, VertexTarget};
@@ -94,25 +94,21 @@ fn matrix(q: Vec4) -> Mat3 {
     )
 }
 
-/// One sweep of Jacobi's method on the elastic energy, along the field alone: every active vertex goes to where its
-/// neighbours' edges would have it, less the way across the field's surface.
-///
-/// `v* = sum w (v_j + (R_i + R_j) / 2 (v0_i - v0_j)) / sum w`, then `v <- v + (I - n n^T)(v* - v)`; less than that where
-/// skin presses against skin: a fold's crumpled edges, stretched out at once, would cross the fold.
-pub fn slide(params: &TrackParams, input: &RelaxInput, tracks: &[Track], positions: &[Vec4], slid: &mut [Vec4]) {
-    slid.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, slid)| {
-        for (k, out) in slid.iter_mut().enumerate() {
-            *out = slide_one(params, input, tracks, positions, chunk * CHUNK + k);
+/// What the edges of every vertex at rest come to, turned as the skin around them has: `xyz` is
+/// `sum w (R_i + R_j) / 2 (v0_i - v0_j) / sum w`, metres, and `w` one over the sum of weights; nothing of vertices that do not
+/// slide. All sweeps of a pass share it, since only positions change between them.
+pub fn span(input: &RelaxInput, tracks: &[Track], spans: &mut [Vec4]) {
+    spans.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, spans)| {
+        for (k, out) in spans.iter_mut().enumerate() {
+            *out = span_one(input, tracks, chunk * CHUNK + k);
         }
     });
 }
 
-fn slide_one(params: &TrackParams, input: &RelaxInput, tracks: &[Track], positions: &[Vec4], vertex: usize) -> Vec4 {
+fn span_one(input: &RelaxInput, tracks: &[Track], vertex: usize) -> Vec4 {
     let target = &input.targets[vertex];
-    let own = positions[vertex];
-    let normal = tracks[vertex].normal.xyz();
     if target.role != Role::Active as u32 || target.slides == 0 {
-        return own;
+        return Vec4::ZERO;
     }
     let rotation = matrix(tracks[vertex].rotation);
     let p_rest = point(&input.positions_rest[vertex]);
@@ -120,12 +116,54 @@ fn slide_one(params: &TrackParams, input: &RelaxInput, tracks: &[Track], positio
     for edge in input.edges_of(target) {
         let other = edge.neighbour as usize;
         let e = p_rest - point(&input.positions_rest[other]);
-        let both = (apply(&rotation, e) + apply(&matrix(tracks[other].rotation), e)) * 0.5;
-        sum += (point(&positions[other]) + both) * edge.weight;
+        sum += (apply(&rotation, e) + apply(&matrix(tracks[other].rotation), e)) * (0.5 * edge.weight);
         weights += edge.weight;
     }
-    let way = sum / weights - point(&own);
-    let share = 1.0 - params.contact_hold * tracks[vertex].contact;
+    let share = 1.0 / weights;
+    (sum * share).extend(share)
+}
+
+/// One sweep of Jacobi's method on the elastic energy, along the field alone: every active vertex goes to where its
+/// neighbours' edges would have it, less the way across the field's surface.
+///
+/// `v* = sum w (v_j + (R_i + R_j) / 2 (v0_i - v0_j)) / sum w`, then `v <- v + (I - n n^T)(v* - v)`; less than that where
+/// skin presses against skin: a fold's crumpled edges, stretched out at once, would cross the fold. `spans` are [`span`]'s.
+pub fn slide(
+    params: &TrackParams,
+    input: &RelaxInput,
+    tracks: &[Track],
+    spans: &[Vec4],
+    positions: &[Vec4],
+    slid: &mut [Vec4],
+) {
+    slid.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, slid)| {
+        for (k, out) in slid.iter_mut().enumerate() {
+            let vertex = chunk * CHUNK + k;
+            *out = slide_one(params, input, &tracks[vertex], &spans[vertex], positions, vertex);
+        }
+    });
+}
+
+fn slide_one(
+    params: &TrackParams,
+    input: &RelaxInput,
+    track: &Track,
+    span: &Vec4,
+    positions: &[Vec4],
+    vertex: usize,
+) -> Vec4 {
+    let target = &input.targets[vertex];
+    let own = positions[vertex];
+    let normal = track.normal.xyz();
+    if target.role != Role::Active as u32 || target.slides == 0 {
+        return own;
+    }
+    let mut sum = Vec3::ZERO;
+    for edge in input.edges_of(target) {
+        sum += point(&positions[edge.neighbour as usize]) * edge.weight;
+    }
+    let way = sum * span.w + span.xyz() - point(&own);
+    let share = 1.0 - params.contact_hold * track.contact;
     let slid = point(&own) + (way - normal * normal.dot(way)) * share;
     if is_finite(slid) { slid.extend(1.0) } else { own }
 }
