@@ -35,7 +35,7 @@ fn an_athlete_has_his_limbs_muscles_on_both_sides() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("athlete.muscles.toml");
     let text = printed(&extract(&file, &out));
-    assert!(text.contains("muscles of the limbs") && text.contains("biceps_l"), "{text}");
+    assert!(text.contains("muscles, in") && text.contains("biceps_l"), "{text}");
     let muscles = muscle_file::read(&out).expect("a muscle file").muscles;
     let scene = sinew::io::gltf::read(&file).expect("a human");
     for name in ["biceps", "triceps_long", "triceps_lateral", "quadriceps", "gastrocnemius", "tibialis_anterior"] {

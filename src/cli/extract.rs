@@ -17,8 +17,9 @@ struct Report {
     muscles: Vec<Muscle>,
     sections: usize,
     planes_without_outline: usize,
-    ridges: usize,
+    bones: usize,
     joints: usize,
+    short: usize,
     seconds: f64,
 }
 
@@ -33,6 +34,7 @@ struct Muscle {
     beta: u32,
     profile_rms_millimetres: f64,
     ellipse_rms_millimetres: f64,
+    skin_rms_millimetres: f64,
     confidence: f64,
     /// Whether the file had a muscle of that name, which stays as it was.
     kept: bool,
@@ -57,7 +59,7 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
     let mut file = WholeFile::create(&args.output).map_err(Failure::input)?;
     file.put(document.to_string().as_bytes()).map_err(Failure::input)?;
     file.finish().map_err(Failure::input)?;
-    let regions = || extraction.regions.iter().map(|(_, found)| found);
+    let regions = || extraction.regions.iter().map(|(_, found)| found).chain(extraction.sweeps.iter().map(|(_, f)| f));
     let verdicts = |wanted| regions().flat_map(|found| &found.bellies).filter(|(_, v)| *v == wanted).count();
     let report = Report {
         character: scene.character.name.clone(),
@@ -65,8 +67,9 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
         muscles: extraction.muscles.iter().map(|found| muscle(found, is_there(found))).collect(),
         sections: regions().map(|found| found.sections.len()).sum(),
         planes_without_outline: regions().map(|found| found.rejected).sum(),
-        ridges: verdicts(Verdict::Ridge),
+        bones: verdicts(Verdict::Ridge) + verdicts(Verdict::Bone),
         joints: verdicts(Verdict::Joint),
+        short: verdicts(Verdict::Short),
         seconds,
     };
     print::noted(args.json, &report, &scene.notes, text)
@@ -96,6 +99,7 @@ fn muscle(found: &Extracted, kept: bool) -> Muscle {
         beta: found.spec.rest.beta,
         profile_rms_millimetres: found.profile_rms * 1e3,
         ellipse_rms_millimetres: found.ellipse_rms * 1e3,
+        skin_rms_millimetres: found.skin_rms * 1e3,
         confidence: found.confidence,
         kept,
     }
@@ -103,18 +107,21 @@ fn muscle(found: &Extracted, kept: bool) -> Muscle {
 
 fn text(report: &Report) -> String {
     let mut text = format!(
-        "{}: {} muscles of the limbs, in {} sections ({} planes without an outline; {} bellies are bone, {} joints) in {:.2} s\n",
+        "{}: {} muscles, in {} sections ({} planes without an outline; of what else stands out {} are bone, {} joints, {} too \
+         short) in {:.2} s\n",
         report.output.display(),
         report.muscles.len(),
         report.sections,
         report.planes_without_outline,
-        report.ridges,
+        report.bones,
         report.joints,
+        report.short,
         report.seconds
     );
     for m in &report.muscles {
         text += &format!(
-            "  {}: on {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm off; confidence {:.2}{}\n",
+            "  {}: shapes {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm, muscle {:.1} mm \
+             off the skin; confidence {:.2}{}\n",
             m.name,
             m.bone,
             m.degrees,
@@ -122,6 +129,7 @@ fn text(report: &Report) -> String {
             m.sections,
             m.ellipse_rms_millimetres,
             m.profile_rms_millimetres,
+            m.skin_rms_millimetres,
             m.confidence,
             if m.kept { "; the file has it, and keeps its own" } else { "" }
         );

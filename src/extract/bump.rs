@@ -192,6 +192,27 @@ pub fn detect(outline: &[DVec2]) -> Result<Vec<Bump>, Crossing> {
         .collect())
 }
 
+/// The bumps of a near-planar outline by direct variation (paper B, section 4): where it stands out of its own shape at large by
+/// `least` more than at the lows on either side. `varied` is that [`variation`](outline::variation) in any unit, `curved` the
+/// curvature.
+pub fn vary(varied: &[f64], curved: &[f64], least: f64) -> Vec<Bump> {
+    let count = varied.len();
+    let peak = |&k: &usize| varied[k] >= varied[(k + 1) % count] && varied[k] > varied[(k + count - 1) % count];
+    let tips: Vec<usize> = (0..count).filter(peak).filter(|&k| prominence(varied, k) >= least).collect();
+    let lowest = |tip: usize, next: usize, step: usize| {
+        let way = (1..count).map(|k| (tip + k * step) % count).take_while(|&at| at != next);
+        way.min_by(|&a, &b| varied[a].total_cmp(&varied[b])).unwrap_or(tip)
+    };
+    let bump = |k: usize| {
+        let tip = tips[k];
+        let (before, after) = (tips[(k + tips.len() - 1) % tips.len()], tips[(k + 1) % tips.len()]);
+        let (begin, end) = (lowest(tip, before, count - 1), lowest(tip, after, 1));
+        // Over the lows beside it, not over those beside its equal on the other side of the body.
+        Bump { tip, begin, end, sharpness: curved[tip], prominence: varied[tip] - varied[begin].max(varied[end]) }
+    };
+    (0..tips.len()).map(bump).collect()
+}
+
 /// How far one has to go down from a tip to come to a higher one.
 fn prominence(curved: &[f64], tip: usize) -> f64 {
     let count = curved.len();

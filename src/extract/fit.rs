@@ -1,11 +1,19 @@
 //! Paper A's profile for a chain of bumps (prototypes 2): `R_tip(z) = c0 + c1 z + w Phi(s; alpha, beta)`, by trying the
 //! exponents and solving for the rest.
 
-use crate::field::muscle::profile::Profile;
+use crate::field::muscle::profile::{Profile, ellipse_squared};
+use glam::DVec3;
 use nalgebra::{Matrix3, Vector3};
 
 /// Exponents that are tried: tips tell sharper ones from a wider belly on a cone no more.
 const EXPONENTS: std::ops::RangeInclusive<u32> = 2..=6;
+
+/// Rounds of a primitive's fit, and the steps that each tries for its two ends.
+const ROUNDS: usize = 10;
+const STEPS: [(f64, f64); 8] =
+    [(1.0, 1.0), (-1.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
+/// What an end that is moved by all of its play must gain.
+const STAY: f64 = 0.02;
 
 /// What of the limb's outline is the muscle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +53,89 @@ pub fn profile(s: &[f64], out: &[f64]) -> Option<ProfileFit> {
         }
     }
     best
+}
+
+/// Paper A's primitive on a straight axis, as far as a skin's crest tells it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Primitive {
+    /// Ends of its axis, metres in scene space at rest.
+    pub ends_rest: [DVec3; 2],
+    /// Unit vector along its section's long axis.
+    pub normal_rest: DVec3,
+    /// Profile exponents.
+    pub exponents: (u32, u32),
+    /// Eccentricity of its section.
+    pub eccentricity: f32,
+    /// Its width, metres.
+    pub width: f64,
+}
+
+impl Primitive {
+    /// Distance of a point from the axis, of the surface there for a width of one, and the profile's share
+    /// of its most.
+    fn at(&self, profile: &Profile, most: f64, p: DVec3) -> (f64, f64, f64) {
+        let way = self.ends_rest[1] - self.ends_rest[0];
+        let s = ((p - self.ends_rest[0]).dot(way) / way.length_squared()).clamp(0.0, 1.0);
+        let out = p - (self.ends_rest[0] + way * s);
+        let distance = out.length();
+        let cosine = if distance > 0.0 { (out.dot(self.normal_rest) / distance).clamp(-1.0, 1.0) } else { 1.0 };
+        let (u, v) = ellipse_squared(self.eccentricity);
+        let across = f64::from(u) * cosine * cosine + f64::from(v) * (1.0 - cosine * cosine);
+        let thick = f64::from(profile.at(s as f32).0);
+        (distance, thick / across.sqrt(), thick / most)
+    }
+
+    /// Fits its width to a crest of weighted points, and how far its ends lie out along a direction: what is left of paper A's
+    /// parameters where exponents and eccentricity are known. The width keeps within `bounds`, metres, each end within its own
+    /// `play` of where it is, and neither goes farther than the crest asks for.
+    pub fn fit(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: [f64; 2], play: [f64; 2]) {
+        let start = self.ends_rest;
+        let mut out = [0.0; 2];
+        let mut step = 0.5;
+        let mut best = self.fit_width(crest, bounds);
+        for _ in 0..ROUNDS {
+            for (a, b) in STEPS {
+                let tried = [out[0] + a * step, out[1] + b * step].map(|x: f64| x.clamp(-1.0, 1.0));
+                let mut other = *self;
+                (0..2).for_each(|k| other.ends_rest[k] = start[k] + outward * (tried[k] * play[k]));
+                let off = other.fit_width(crest, bounds) * (1.0 + STAY * (tried[0] * tried[0] + tried[1] * tried[1]));
+                if off < best {
+                    (best, out) = (off, tried);
+                    (self.ends_rest, self.width) = (other.ends_rest, other.width);
+                }
+            }
+            step *= 0.6;
+        }
+    }
+
+    /// Takes the width with which its surface is nearest to a crest of weighted points, within `bounds`, metres; returns how far
+    /// off it is then.
+    fn fit_width(&mut self, crest: &[(DVec3, f64)], bounds: [f64; 2]) -> f64 {
+        let profile = Profile::of(self.exponents.0, self.exponents.1);
+        let most = f64::from(profile.max());
+        let (mut both, mut own) = (0.0, 0.0);
+        for (p, weight) in crest {
+            let (distance, unit, belly) = self.at(&profile, most, *p);
+            both += weight * belly * distance * unit;
+            own += weight * belly * unit * unit;
+        }
+        self.width = if own > 0.0 { (both / own).clamp(bounds[0], bounds[1]) } else { bounds[0] };
+        self.off(crest)
+    }
+
+    /// How far a crest of weighted points is from its surface, root mean square, metres. Points count by how thick the muscle is
+    /// beside them: where it thins out to a tendon, skin lies on something else.
+    pub fn off(&self, crest: &[(DVec3, f64)]) -> f64 {
+        let profile = Profile::of(self.exponents.0, self.exponents.1);
+        let most = f64::from(profile.max());
+        let (mut sum, mut total) = (0.0, 0.0);
+        for (p, weight) in crest {
+            let (distance, unit, belly) = self.at(&profile, most, *p);
+            sum += weight * belly * (distance - self.width * unit).powi(2);
+            total += weight * belly;
+        }
+        (sum / total.max(1e-12)).sqrt()
+    }
 }
 
 #[cfg(test)]

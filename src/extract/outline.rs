@@ -27,6 +27,41 @@ pub fn resample(points: &[DVec2], count: usize) -> Vec<DVec2> {
     out
 }
 
+/// A closed polygon from where a ray from its middle along the first axis leaves it: outlines of successive sections, of left
+/// and right, and of a finer mesh then have their samples at the same places.
+///
+/// `bridged` tells of every point whether the way from it to the next is a bridge over what was cut away.
+pub fn from_front(points: &[DVec2], bridged: &[bool]) -> (Vec<DVec2>, Vec<bool>) {
+    let count = points.len();
+    let middle = points.iter().sum::<DVec2>() / count.max(1) as f64;
+    let leaves = |k: &usize| {
+        let (a, b) = (points[*k] - middle, points[(k + 1) % count] - middle);
+        ((a.y > 0.0) != (b.y > 0.0)).then(|| (*k, a.x - a.y * (b.x - a.x) / (b.y - a.y)))
+    };
+    let crossings = (0..count).filter_map(|k| leaves(&k)).filter(|(_, x)| *x > 0.0);
+    let Some((at, x)) = crossings.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return (points.to_vec(), bridged.to_vec());
+    };
+    let first = (middle + DVec2::X * x, bridged[at]);
+    let others = (1..=count).map(|k| (at + k) % count).map(|k| (points[k], bridged[k]));
+    std::iter::once(first).chain(others).unzip()
+}
+
+/// Which of `count` even samples of a closed polygon are on bridges.
+pub fn bridged_samples(points: &[DVec2], bridged: &[bool], count: usize) -> Vec<bool> {
+    let step = perimeter(points) / count as f64;
+    let mut out = Vec::with_capacity(count);
+    let mut gone = 0.0;
+    for (k, a) in points.iter().enumerate() {
+        gone += a.distance(points[(k + 1) % points.len()]);
+        while out.len() < count && out.len() as f64 * step <= gone {
+            out.push(bridged[k]);
+        }
+    }
+    out.resize(count, false);
+    out
+}
+
 /// A closed, evenly sampled outline under a Gaussian of standard deviation `sigma`, metres.
 ///
 /// What the Gaussian takes of a circle's radius is given back to first order: the outline is scaled about its centre to
@@ -65,6 +100,19 @@ pub fn curvature(points: &[DVec2]) -> Vec<f64> {
             if sides > 0.0 { 2.0 * (b - a).perp_dot(c - b) / sides * scale } else { 0.0 }
         })
         .collect()
+}
+
+/// How far every point of a closed, evenly sampled, anticlockwise outline stands out of the same outline under a wide Gaussian of
+/// deviation `sigma`, metres: what varies along the outline, without its shape at large.
+pub fn variation(points: &[DVec2], sigma: f64) -> Vec<f64> {
+    let count = points.len();
+    let large = smooth(points, sigma);
+    let one = |i: usize| {
+        let along = (large[(i + 1) % count] - large[(i + count - 1) % count]).normalize_or_zero();
+        // Inside is on the left of an anticlockwise way.
+        -along.perp_dot(points[i] - large[i])
+    };
+    (0..count).map(one).collect()
 }
 
 /// How rough a closed, evenly sampled outline is, metres: the deviation of noise whose fourth differences would be as large as

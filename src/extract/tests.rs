@@ -3,6 +3,7 @@
 use super::{
     chain::{Belly, Section, Settings, bellies, link},
     section::{Plane, Surface, cut},
+    window::Outline,
 };
 use crate::field::muscle::profile::Profile;
 use glam::{DVec2, DVec3};
@@ -84,7 +85,7 @@ fn sections(surface: &Surface) -> Vec<Section> {
         (0..33).map(|k| Plane::across(DVec3::Z * LENGTH * (0.01 + 0.98 * f64::from(k) / 32.0), DVec3::Z, DVec3::X));
     let section = |(k, plane): (usize, Plane)| {
         let cuts = cut(surface, &plane);
-        Section::new(k, plane, cuts.first().expect("a cut"), &Settings::ARM).expect("simple")
+        Section::new(k, plane, &Outline::whole(cuts.first().expect("a cut")), &Settings::ARM).expect("simple")
     };
     planes.enumerate().map(section).collect()
 }
