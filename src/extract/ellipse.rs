@@ -18,6 +18,8 @@ pub const PRIOR: f64 = 0.3;
 const PRIORS: [f64; 2] = [0.3, 0.1];
 /// The crest is where the curvature is above this share of the way from its least to its most.
 const CREST: f64 = 0.4;
+/// A crest goes no farther from its tip than one of so many parts of the outline.
+const WIDEST: usize = 8;
 /// Iterations of the fit.
 const ITERATIONS: usize = 30;
 
@@ -89,14 +91,16 @@ fn crest(curved: &[f64], bump: &Bump) -> impl Iterator<Item = usize> + Clone {
 /// The last point of the crest in steps of 1, or of one less than a round: at least two from the tip.
 fn crest_end(curved: &[f64], bump: &Bump, step: usize) -> usize {
     let count = curved.len();
-    let bent = |low: usize| curved[low] + CREST * (curved[bump.tip] - curved[low]);
     let low = if step == 1 { bump.end } else { bump.begin };
     let most = match (low + count - bump.tip) % count {
         0 => count / 2,
         on if step == 1 => on,
         on => count - on,
     };
-    let run = (1..=most).take_while(|k| curved[(bump.tip + k * step) % count] >= bent(low)).count().max(2);
+    let most = most.min(count / WIDEST);
+    let least = (1..=most).map(|k| curved[(bump.tip + k * step) % count]).fold(curved[bump.tip], f64::min);
+    let bent = least + CREST * (curved[bump.tip] - least);
+    let run = (1..=most).take_while(|k| curved[(bump.tip + k * step) % count] >= bent).count().max(2);
     (bump.tip + run * step) % count
 }
 

@@ -9,11 +9,11 @@ use nalgebra::{Matrix3, Vector3};
 const EXPONENTS: std::ops::RangeInclusive<u32> = 2..=6;
 
 /// Rounds of a primitive's fit, and the steps that each tries for its two ends.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 7;
 const STEPS: [(f64, f64); 8] =
     [(1.0, 1.0), (-1.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
 /// What an end that is moved by all of its play must gain.
-const STAY: f64 = 0.02;
+const STAY: f64 = 0.1;
 
 /// What of the limb's outline is the muscle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,8 +87,25 @@ impl Primitive {
 
     /// Fits its width to a crest of weighted points, and how far its ends lie out along a direction: what is left of paper A's
     /// parameters where exponents and eccentricity are known. The width keeps within `bounds`, metres, each end within its own
-    /// `play` of where it is, and neither goes farther than the crest asks for.
-    pub fn fit(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: [f64; 2], play: [f64; 2]) {
+    /// `play` of where it is, inward and outward, and neither goes farther than the crest asks for.
+    ///
+    /// The tips of a cone tell its exponents to one or so: of those beside them the nearest to the crest are taken.
+    pub fn fit(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: [f64; 2], play: [[f64; 2]; 2]) {
+        let (alpha, beta) = self.exponents;
+        let near = |n: u32| (n - 1).max(*EXPONENTS.start())..=(n + 1).min(*EXPONENTS.end());
+        let start = *self;
+        let mut best = f64::MAX;
+        for exponents in near(alpha).flat_map(|a| near(beta).map(move |b| (a, b))) {
+            let mut other = Primitive { exponents, ..start };
+            other.fit_ends(crest, outward, bounds, play);
+            let off = other.off(crest);
+            if off < best {
+                (best, *self) = (off, other);
+            }
+        }
+    }
+
+    fn fit_ends(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: [f64; 2], play: [[f64; 2]; 2]) {
         let start = self.ends_rest;
         let mut out = [0.0; 2];
         let mut step = 0.5;
@@ -97,7 +114,8 @@ impl Primitive {
             for (a, b) in STEPS {
                 let tried = [out[0] + a * step, out[1] + b * step].map(|x: f64| x.clamp(-1.0, 1.0));
                 let mut other = *self;
-                (0..2).for_each(|k| other.ends_rest[k] = start[k] + outward * (tried[k] * play[k]));
+                let way = |k: usize| tried[k] * play[k][usize::from(tried[k] > 0.0)];
+                (0..2).for_each(|k| other.ends_rest[k] = start[k] + outward * way(k));
                 let off = other.fit_width(crest, bounds) * (1.0 + STAY * (tried[0] * tried[0] + tried[1] * tried[1]));
                 if off < best {
                     (best, out) = (off, tried);

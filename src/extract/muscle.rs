@@ -12,7 +12,7 @@ use super::{
     section::Surface,
     stretch::{Place, stretches},
     trunk::{self, Sweep},
-    trunk_muscle,
+    trunk_muscle::{self, outward},
 };
 use crate::error::ExtractError;
 use crate::field::muscle::profile::MAX_ECCENTRICITY;
@@ -31,8 +31,12 @@ const UNSURE_STRAY: f64 = 0.03;
 /// How far an end goes past the joint that it crosses, in lengths of the bone.
 const PAST_JOINT: f64 = 0.04;
 /// How far the skin may draw an end, in the ellipses' size: on its own bone, and where it crosses a joint.
-const PLAY: f64 = 0.6;
-const CROSSING_PLAY: f64 = 0.5;
+const PLAY: f64 = 1.5;
+const CROSSING_PLAY: f64 = 1.0;
+/// An end on its own bone is beside it by this share at least of how far the skin is.
+const BESIDE_BONE: f64 = 0.35;
+/// An end is no farther from the bone than this share of what the skin is.
+const UNDER_SKIN: f64 = 0.95;
 /// Muscles less sure than this are left out.
 pub const LEAST_CONFIDENCE: f64 = 0.25;
 /// Two bellies side by side within this angle round the bone are one muscle, degrees.
@@ -122,7 +126,9 @@ impl Extracted {
             let away = ways.map(|w| trunk_muscle::near(**p, w[0], w[1])).fold(f64::MAX, f64::min);
             away < reach
         };
-        2 * self.tips_rest.iter().filter(near).count() > self.tips_rest.len()
+        let way = other.tips_rest[other.tips_rest.len() - 1] - other.tips_rest[0];
+        let beside = |p: &&DVec3| (0.0..=1.0).contains(&((**p - other.tips_rest[0]).dot(way) / way.length_squared()));
+        2 * self.tips_rest.iter().filter(beside).filter(near).count() > self.tips_rest.len()
     }
 }
 
@@ -238,6 +244,7 @@ fn muscle(
     belly: &Belly,
 ) -> Option<Extracted> {
     let roots_rest = beside_bone(region, sections, belly);
+    let tips_rest: Vec<DVec3> = belly.links.iter().map(|l| sections[l.section].tip_rest(l.bump)).collect();
     let (first, way) = axis(&roots_rest);
     let along = |p: DVec3| (p - region.ends_rest[0]).dot(region.direction()) / region.length();
     let shares = [along(first), along(first + way)];
@@ -253,7 +260,8 @@ fn muscle(
     let ends = [first + way * from, first + way * to];
     let crossed = [crosses_above && along(ends[0]) < AT_JOINT, crosses_below && along(ends[1]) > 1.0 - AT_JOINT];
     let carried = [0, 1].map(|k| region.beside[k].filter(|_| crossed[k]).unwrap_or(region.joint));
-    let ends = [0, 1].map(|k| if crossed[k] { across_joint(region, k, ends[k]) } else { ends[k] });
+    let outward = outward(sections, belly);
+    let ends = [0, 1].map(|k| if crossed[k] { across_joint(region, k, ends[k]) } else { on_bone(region, outward, &tips_rest, k, ends[k]) });
     let (s, out) = belly.reach(sections);
     let s: Vec<f64> = s.iter().map(|s| (s - from) / (to - from)).collect();
     let fit = fit::profile(&s, &out)?;
@@ -267,14 +275,14 @@ fn muscle(
     let crest: Vec<(DVec3, f64)> = belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump)).collect();
     let mut primitive =
         Primitive { ends_rest: ends, normal_rest, exponents: (fit.alpha, fit.beta), eccentricity, width: size };
-    let outward =
-        belly.links.iter().map(|l| sections[l.section].outward_rest(l.bump)).sum::<DVec3>().normalize_or_zero();
-    primitive.fit(
-        &crest,
-        outward,
-        [0.5 * size, 1.1 * size],
-        crossed.map(|c| if c { CROSSING_PLAY } else { PLAY } * size),
-    );
+    let off_bone = |p: DVec3| (p - region.ends_rest[0]).reject_from(region.direction()).length();
+    let play = [0, 1].map(|k| {
+        let most = if crossed[k] { CROSSING_PLAY } else { PLAY } * size;
+        let room = UNDER_SKIN * off_bone(tips_rest[k * (tips_rest.len() - 1)]) - off_bone(ends[k]);
+        [most, room.clamp(0.0, most)]
+    });
+    primitive.fit(&crest, outward, [0.4 * size, 1.4 * size], play);
+    let (alpha, beta) = primitive.exponents;
     let ends = primitive.ends_rest;
     let attach = |k: usize| attachment(&character.joints[carried[k] as usize], ends[k], normal_rest);
     let arm = roles.arms.iter().find(|arm| region.bone == Bone::Forearm && arm.lower == region.joint);
@@ -283,8 +291,8 @@ fn muscle(
     let bone = &character.joints[region.joint as usize].name;
     let spec = MuscleSpec {
         side,
-        rest: shape(fit.alpha, fit.beta, eccentricity, 0),
-        active: shape(fit.alpha, fit.beta, eccentricity, ACTIVE_MORE),
+        rest: shape(alpha, beta, eccentricity, 0),
+        active: shape(alpha, beta, eccentricity, ACTIVE_MORE),
         collision_group: collision_group(bone_name(region.bone), suffix),
         ..MuscleSpec::new(&name, bone, attach(0), attach(1), MuscleSize::Width(primitive.width as f32))
     };
@@ -303,7 +311,7 @@ fn muscle(
         skin_rms: primitive.off(&crest),
         confidence,
         roots_rest,
-        tips_rest: belly.links.iter().map(|l| sections[l.section].tip_rest(l.bump)).collect(),
+        tips_rest,
         half_width: long,
         across: trunk_muscle::alignment(sections, &belly.links),
     })
@@ -351,6 +359,13 @@ pub(super) fn thickest(sections: &[Section], belly: &Belly) -> (f64, f64) {
         .collect();
     axes.sort_by(|a, b| (b.0 * b.1).total_cmp(&(a.0 * a.1)));
     axes[axes.len() / 6]
+}
+
+/// Where a muscle ends on its own bone: on the side that it is on, for the line of a root curve drawn on may pass through the bone.
+fn on_bone(region: &Region, outward: DVec3, tips: &[DVec3], k: usize, end: DVec3) -> DVec3 {
+    let out = |p: DVec3| (p - region.ends_rest[0]).reject_from(region.direction()).dot(outward);
+    let least = BESIDE_BONE * out(tips[k * (tips.len() - 1)]);
+    end + outward * (least - out(end)).max(0.0)
 }
 
 /// Direction of the ellipses' long axis in the belly's middle, scene space at rest.

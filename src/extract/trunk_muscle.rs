@@ -21,6 +21,8 @@ const LIMB_OFF: f64 = 0.4;
 const LIMB_ROOM: f64 = 0.25;
 /// A deltoid ends this far down its bone.
 const DELTOID_SHARE: f64 = 0.5;
+/// A muscle's axis is no deeper under its tips, in heights of the trunk: ellipses in the body's corners are as large as the body.
+const DEEPEST: f64 = 0.07;
 /// How far the skin may draw an end, in the ellipses' size: on the trunk, and on a limb's bone.
 const PLAY: f64 = 1.0;
 const LIMB_PLAY: f64 = 0.5;
@@ -44,7 +46,10 @@ pub fn muscle(
 ) -> Option<Extracted> {
     let sections = &found.sections;
     let tips_rest: Vec<DVec3> = belly.links.iter().map(|l| sections[l.section].tip_rest(l.bump)).collect();
-    let (first, way) = axis(&belly.roots_rest);
+    let most = DEEPEST * body.height();
+    let no_deeper = |(tip, root): (&DVec3, &DVec3)| tip.lerp(*root, (most / tip.distance(*root).max(1e-9)).min(1.0));
+    let roots_rest: Vec<DVec3> = tips_rest.iter().zip(&belly.roots_rest).map(no_deeper).collect();
+    let (first, way) = axis(&roots_rest);
     let limb = limb(body, place.side, name.far);
     let mut ends = [first - way * EXTENSION, first + way * (1.0 + EXTENSION)];
     let share = if name.name.starts_with("deltoid") { DELTOID_SHARE } else { LIMB_SHARE };
@@ -64,15 +69,17 @@ pub fn muscle(
     let profile =
         fit::profile(&s, &out).unwrap_or(fit::ProfileFit { alpha: 2, beta: 2, width: 0.0, peak: 0.5, rms: 0.0 });
     let (long, short) = thickest(sections, belly);
+    let short = short.min(most);
     let normal_rest = way.cross(outward).try_normalize()?;
     let eccentricity = eccentricity(long, short);
     let mut primitive =
         Primitive { ends_rest: ends, normal_rest, exponents: (profile.alpha, profile.beta), eccentricity, width: 0.0 };
     let crest: Vec<(DVec3, f64)> = belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump)).collect();
     let size = (long * short).sqrt();
-    let play = [0, 1].map(|k| if far == Some(k) { LIMB_PLAY } else { PLAY } * size);
+    let play = [0, 1].map(|k| [if far == Some(k) { LIMB_PLAY } else { PLAY } * size; 2]);
     primitive.fit(&crest, outward, [0.3 * size, 1.2 * size], play);
     let ends = primitive.ends_rest;
+    let (alpha, beta) = primitive.exponents;
     let joint = |part: &dyn Fn(Part) -> bool, p: DVec3| nearest_joint(character, body, p, part);
     let trunk = |part: Part| matches!(part, Part::Trunk | Part::Neck | Part::Head);
     let holds = [0, 1].map(|k| match (name.far, far) {
@@ -90,8 +97,8 @@ pub fn muscle(
     let (side, suffix) = side_of(Some(place.side));
     let spec = MuscleSpec {
         side,
-        rest: shape(profile.alpha, profile.beta, eccentricity, 0),
-        active: shape(profile.alpha, profile.beta, eccentricity, 1),
+        rest: shape(alpha, beta, eccentricity, 0),
+        active: shape(alpha, beta, eccentricity, 1),
         collision_group: collision_group("trunk", suffix),
         ..MuscleSpec::new(
             &format!("{}{suffix}", name.name),
@@ -115,7 +122,7 @@ pub fn muscle(
         ellipse_rms: (ellipses / belly.links.len() as f64).sqrt(),
         skin_rms: primitive.off(&crest),
         confidence: stands_out * sections_sure * line_sure,
-        roots_rest: belly.roots_rest.clone(),
+        roots_rest,
         half_width: long,
         across: alignment(sections, &belly.links),
         tips_rest,
@@ -140,7 +147,7 @@ pub(super) fn near(p: DVec3, from: DVec3, to: DVec3) -> f64 {
 }
 
 /// Mean direction from the ellipses' centres to the tips.
-fn outward(sections: &[Section], belly: &Belly) -> DVec3 {
+pub(super) fn outward(sections: &[Section], belly: &Belly) -> DVec3 {
     belly.links.iter().map(|l| sections[l.section].outward_rest(l.bump)).sum::<DVec3>().normalize_or(DVec3::Y)
 }
 
