@@ -1,12 +1,14 @@
 //! `sinew extract`: muscles found in the skin, as a muscle file. Needs no adapter and fits no fields.
 
 use crate::args;
+use crate::extract_report::{self, TABLE};
 use crate::failure::Failure;
 use crate::print;
+use crate::progress::Progress;
 use serde::Serialize;
 use sinew::extract::{self, Extracted, limb::Verdict};
 use sinew::io::atomic::WholeFile;
-use sinew::rig::{MuscleSize, muscle_file::Document, roles::Roles};
+use sinew::rig::{muscle_file::Document, roles::Roles};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -21,6 +23,11 @@ struct Report {
     joints: usize,
     short: usize,
     seconds: f64,
+    /// The folder of the report, and how many files it has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    files: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -41,11 +48,20 @@ struct Muscle {
 }
 
 pub fn run(args: &args::Extract) -> Result<(), Failure> {
-    let scene = sinew::io::gltf::read(&args.file).map_err(Failure::input)?;
+    let mut scene = sinew::io::gltf::read(&args.file).map_err(Failure::input)?;
     let started = Instant::now();
     let roles = Roles::find(&scene.character);
-    let extraction = extract::extract(&scene.character, &roles).map_err(Failure::input)?;
+    let progress = Progress::unknown("looking for muscles");
+    let extraction = extract::extract(&scene.character, &roles, &args.must).map_err(Failure::input)?;
+    drop(progress);
     let seconds = started.elapsed().as_secs_f64();
+    scene.notes.extend(extraction.notes.iter().map(ToString::to_string));
+    let names = || extraction.muscles.iter().map(|m| m.spec.name.as_str());
+    if let Some(unknown) = args.without.iter().find(|name| !names().any(|n| n == name.as_str())) {
+        let found = names().collect::<Vec<_>>().join(", ");
+        return Err(Failure::Usage(format!("--without {unknown}: no such muscle was found; there are {found}")));
+    }
+    let wanted = |found: &&Extracted| !args.without.contains(&found.spec.name);
     let mut document = match args.output.exists() {
         true => Document::open(&args.output),
         false => Document::parse(&head(&scene.character.name), &args.output),
@@ -53,24 +69,30 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
     .map_err(Failure::input)?;
     let before = document.file().map_err(Failure::input)?;
     let is_there = |found: &Extracted| before.muscle(&found.spec.name).is_some();
-    for muscle in extraction.muscles.iter().filter(|m| !is_there(m)) {
+    for muscle in extraction.muscles.iter().filter(wanted).filter(|m| !is_there(m)) {
         document.add(&muscle.spec).map_err(Failure::input)?;
     }
     let mut file = WholeFile::create(&args.output).map_err(Failure::input)?;
     file.put(document.to_string().as_bytes()).map_err(Failure::input)?;
+    let drawn = match &args.report {
+        Some(folder) => Some(extract_report::write(folder, &scene.character, &roles, &extraction)?),
+        None => None,
+    };
     file.finish().map_err(Failure::input)?;
     let regions = || extraction.regions.iter().map(|(_, found)| found).chain(extraction.sweeps.iter().map(|(_, f)| f));
     let verdicts = |wanted| regions().flat_map(|found| &found.bellies).filter(|(_, v)| *v == wanted).count();
     let report = Report {
         character: scene.character.name.clone(),
         output: args.output.clone(),
-        muscles: extraction.muscles.iter().map(|found| muscle(found, is_there(found))).collect(),
+        muscles: extraction.muscles.iter().filter(wanted).map(|found| muscle(found, is_there(found))).collect(),
         sections: regions().map(|found| found.sections.len()).sum(),
         planes_without_outline: regions().map(|found| found.rejected).sum(),
         bones: verdicts(Verdict::Ridge) + verdicts(Verdict::Bone),
         joints: verdicts(Verdict::Joint),
         short: verdicts(Verdict::Short),
         seconds,
+        report: args.report.clone(),
+        files: drawn,
     };
     print::noted(args.json, &report, &scene.notes, text)
 }
@@ -85,16 +107,12 @@ fn head(character: &str) -> String {
 }
 
 fn muscle(found: &Extracted, kept: bool) -> Muscle {
-    let width_metres = match found.spec.size {
-        MuscleSize::Width(width) => width,
-        MuscleSize::Volume(_) => 0.0,
-    };
     Muscle {
         name: found.spec.name.clone(),
         bone: found.spec.bone.clone(),
         degrees: found.degrees,
         sections: found.sections,
-        width_metres,
+        width_metres: found.width(),
         alpha: found.spec.rest.alpha,
         beta: found.spec.rest.beta,
         profile_rms_millimetres: found.profile_rms * 1e3,
@@ -118,6 +136,9 @@ fn text(report: &Report) -> String {
         report.short,
         report.seconds
     );
+    if let (Some(folder), Some(files)) = (&report.report, report.files) {
+        text += &format!("  {}: {files} files, {TABLE} among them\n", folder.display());
+    }
     for m in &report.muscles {
         text += &format!(
             "  {}: shapes {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm, muscle {:.1} mm \

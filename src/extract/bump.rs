@@ -175,7 +175,9 @@ pub fn detect(outline: &[DVec2]) -> Result<Vec<Bump>, Crossing> {
         tips.extend(along.filter(peak));
     }
     // Where four points are on one circle the triangles are arbitrary, and a run may end before it has begun.
-    tips.extend((0..count).filter(peak).filter(|&k| curved[k] > 1.0 && prominence(&curved, k, alike) >= SURE_PROMINENCE));
+    tips.extend(
+        (0..count).filter(peak).filter(|&k| curved[k] > 1.0 && prominence(&curved, k, alike) >= SURE_PROMINENCE),
+    );
     tips.sort_unstable();
     tips.dedup();
     tips.retain(|&tip| prominence(&curved, tip, alike) >= LEAST_PROMINENCE);
@@ -301,5 +303,31 @@ mod tests {
             let arc = (run.chord.1 + 96 - run.chord.0) % 96;
             assert!(run.end != PruneEnd::Spent && (0..=arc).all(|k| inside(run.chord.0 + k)), "{run:?}");
         }
+    }
+
+    #[test]
+    fn what_varies_along_a_flat_outline_is_found() {
+        // A trunk: broad and shallow, with two low mounds in front.
+        let mounds = |height: f64| -> Vec<DVec2> {
+            let point = |k: usize| {
+                let angle = TAU * (k as f64 + 0.3) / 400.0;
+                let away = |at: f64| (-((angle - at) / 0.15).powi(2)).exp();
+                DVec2::from_angle(angle) * DVec2::new(0.1, 0.16) * (1.0 + height * (away(0.3) + away(TAU - 0.3)))
+            };
+            outline::resample(&(0..400).map(point).collect::<Vec<_>>(), 160)
+        };
+        let found = |height: f64| {
+            let outline = outline::smooth(&mounds(height), 0.01 * outline::perimeter(&mounds(height)));
+            let varied = outline::variation(&outline, 0.045 * outline::perimeter(&outline));
+            let bumps = vary(&varied, &curvature(&outline), 0.001 * outline::perimeter(&outline));
+            bumps
+                .into_iter()
+                .filter(|bump| outline[bump.tip].y.abs() < 0.08 && outline[bump.tip].x > 0.0)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(found(0.06).len(), 2, "{:?}", found(0.06));
+        let [a, b] = [found(0.06)[0], found(0.06)[1]].map(|bump| bump.prominence);
+        assert!((a - b).abs() < 0.05 * a, "{a} {b}: left and right are alike");
+        assert!(found(0.0).is_empty(), "{:?}", found(0.0));
     }
 }

@@ -107,7 +107,7 @@ impl Section {
         let outline = outline::resample(&points, settings.points);
         let bridged = outline::bridged_samples(&points, &bridged, settings.points);
         let perimeter = outline::perimeter(&outline);
-        let spacing = 1.4 * perimeter / cut.points.len() as f64;
+        let spacing = 1.4 * perimeter / outline::corners(&cut.points).max(1) as f64;
         let [least, most] = settings.smoothing.map(|share| share * perimeter);
         let noise = (outline::roughness(&outline) / perimeter - NOISE[0]) / (NOISE[1] - NOISE[0]);
         let least = least + (most - least) * noise.clamp(0.0, 1.0);

@@ -174,4 +174,32 @@ mod tests {
         }
         assert!(profile(&[0.0, 0.25, 0.5, 0.75, 1.0], &[0.03, 0.02, 0.01, 0.02, 0.03]).is_none(), "a hollow");
     }
+
+    #[test]
+    fn a_primitive_is_found_again_from_its_crest() {
+        let known = Primitive {
+            ends_rest: [DVec3::new(0.0, 0.0, 0.02), DVec3::new(0.3, 0.0, 0.02)],
+            normal_rest: DVec3::Y,
+            exponents: (3, 4),
+            eccentricity: 0.8,
+            width: 0.02,
+        };
+        let profile = Profile::of(3, 4);
+        let crest: Vec<(DVec3, f64)> = (3..28)
+            .flat_map(|k| [-0.4_f64, 0.0, 0.4].map(|angle| (f64::from(k) / 30.0, angle)))
+            .map(|(s, angle)| {
+                let way = DVec3::new(0.0, angle.sin(), angle.cos());
+                let on_axis = known.ends_rest[0].lerp(known.ends_rest[1], s);
+                let (_, unit, _) = known.at(&profile, f64::from(profile.max()), on_axis + way * 1e-3);
+                (on_axis + way * (unit * known.width), 1.0)
+            })
+            .collect();
+        assert!(known.off(&crest) < 1e-6);
+        let ends_rest = known.ends_rest.map(|p| p - DVec3::Z * 0.005);
+        let mut found = Primitive { ends_rest, exponents: (3, 3), width: 0.01, ..known };
+        let before = found.off(&crest);
+        found.fit(&crest, DVec3::Z, [0.005, 0.04], [[0.01; 2]; 2]);
+        assert!(before > 0.005 && found.off(&crest) < 0.0007, "{before} {}", found.off(&crest));
+        assert!(found.exponents == (3, 4) && (found.width - 0.02).abs() < 0.002, "{found:?}");
+    }
 }

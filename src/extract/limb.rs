@@ -107,6 +107,14 @@ impl Region {
         (self.ends_rest[1] - self.ends_rest[0]).normalize()
     }
 
+    /// Where around the bone a point is, degrees: 0 in front, 90 outside, 180 behind, -90 inside.
+    pub fn degrees(&self, roles: &Roles, p: DVec3) -> f64 {
+        let out = (p - self.ends_rest[0]).reject_from(self.direction());
+        let left = roles.axes.map_or(self.front.cross(self.direction()), |axes| axes.left.as_dvec3());
+        let outside = if self.side == Some(Side::Right) { -left } else { left };
+        out.dot(outside).atan2(out.dot(self.front)).to_degrees()
+    }
+
     /// How its outlines are smoothed and its bumps linked.
     pub fn settings(&self) -> Settings {
         match self.bone {
@@ -128,6 +136,8 @@ pub enum Verdict {
     Joint,
     /// A swelling too short for a muscle of the bone: fat, a tendon, or a coarse mesh's facets.
     Short,
+    /// A muscle because a person marked it.
+    Marked,
     /// Bone by its place on the trunk: ribs, hips, clavicles, spine.
     Bone,
 }

@@ -10,9 +10,12 @@
 pub mod body;
 pub mod bump;
 pub mod chain;
+pub mod check;
 pub mod ellipse;
+pub mod extraction;
 pub mod fit;
 pub mod limb;
+pub mod mark;
 pub mod muscle;
 pub mod name;
 pub mod outline;
@@ -22,7 +25,9 @@ pub mod trunk;
 mod trunk_muscle;
 pub mod window;
 
-pub use muscle::{Extracted, Extraction, extract};
+pub use extraction::{Extraction, extract};
+pub use mark::Mark;
+pub use muscle::Extracted;
 
 #[cfg(test)]
 mod tests;

@@ -4,17 +4,13 @@
 //! the joint moves the muscle; paper B attaches extremities to the nearest bone. What an artist knows better is for the file.
 
 use super::{
-    body::{Body, Shares},
     chain::{Belly, Link, Section},
     fit::{self, Primitive},
-    limb::{Bone, PLANES, Region, Verdict, search},
+    limb::{Bone, Region, Verdict},
     name,
-    section::Surface,
-    stretch::{Place, stretches},
-    trunk::{self, Sweep},
+    trunk::Sweep,
     trunk_muscle::{self, outward},
 };
-use crate::error::ExtractError;
 use crate::field::muscle::profile::MAX_ECCENTRICITY;
 use crate::rig::{
     Attachment, Character, MuscleShape, MuscleSize, MuscleSpec, groups::Side, muscle::BodySide, roles::Roles,
@@ -37,8 +33,6 @@ const CROSSING_PLAY: f64 = 1.0;
 const BESIDE_BONE: f64 = 0.35;
 /// An end is no farther from the bone than this share of what the skin is.
 const UNDER_SKIN: f64 = 0.95;
-/// Muscles less sure than this are left out.
-pub const LEAST_CONFIDENCE: f64 = 0.25;
 /// Two bellies side by side within this angle round the bone are one muscle, degrees.
 const SAME_PLACE: f64 = 25.0;
 /// Two muscles of different groups of planes are one where they are nearer to each other than this share of their half breadths.
@@ -103,8 +97,16 @@ pub struct Extracted {
 }
 
 impl Extracted {
+    /// Its width, metres.
+    pub fn width(&self) -> f32 {
+        match self.spec.size {
+            MuscleSize::Width(width) => width,
+            MuscleSize::Volume(_) => 0.0,
+        }
+    }
+
     /// Whether it is a piece of another one: beside it on the same side of the bone.
-    fn is_part_of(&self, other: &Extracted) -> bool {
+    pub(super) fn is_part_of(&self, other: &Extracted) -> bool {
         let apart = (self.degrees - other.degrees).rem_euclid(360.0);
         let way = other.roots_rest[other.roots_rest.len() - 1] - other.roots_rest[0];
         let share = |p: &DVec3| (*p - other.roots_rest[0]).dot(way) / way.length_squared();
@@ -113,13 +115,13 @@ impl Extracted {
     }
 
     /// How much the group of planes that found it dominates: surer, longer and squarer to it (paper B).
-    fn dominance(&self) -> f64 {
+    pub(super) fn dominance(&self) -> f64 {
         let length = self.tips_rest[0].distance(self.tips_rest[self.tips_rest.len() - 1]);
         self.confidence * self.across * length
     }
 
     /// Whether most of its tips are within the breadth of another one.
-    fn is_under(&self, other: &Extracted) -> bool {
+    pub(super) fn is_under(&self, other: &Extracted) -> bool {
         let reach = SAME_BREADTH * (self.half_width + other.half_width);
         let near = |p: &&DVec3| {
             let ways = other.tips_rest.windows(2);
@@ -132,111 +134,8 @@ impl Extracted {
     }
 }
 
-/// All that was found in a character.
-#[derive(Clone, Debug, Default)]
-pub struct Extraction {
-    /// Muscles, bone by bone, left before right.
-    pub muscles: Vec<Extracted>,
-    /// Per long bone what the planes across it found.
-    pub regions: Vec<(Region, Found)>,
-    /// Per group of planes over the trunk what it found.
-    pub sweeps: Vec<(Sweep, Found)>,
-}
-
-/// Finds the muscles of a character under its skin.
-///
-/// # Errors
-/// No limbs, or no closed skin around any of their bones.
-pub fn extract(character: &Character, roles: &Roles) -> Result<Extraction, ExtractError> {
-    let surface = Surface::new(character);
-    let mut extraction = Extraction::default();
-    for region in Region::of(character, roles) {
-        let found = search(&surface, &region);
-        let bellies = found.bellies.iter().filter(|(_, verdict)| *verdict == Verdict::Muscle);
-        let made = bellies.filter_map(|(belly, _)| muscle(character, roles, &region, &found.sections, belly));
-        let made = made.filter(|m| m.confidence >= LEAST_CONFIDENCE).collect();
-        extraction.muscles.extend(strongest(made, |m| m.confidence, Extracted::is_part_of));
-        extraction.regions.push((region, found));
-    }
-    if let Some(body) = Body::of(character, roles) {
-        let shares = Shares::new(character, &body, &surface);
-        for sweep in Sweep::of(&body) {
-            let (found, muscles) = swept(character, &surface, &shares, &body, sweep);
-            extraction.muscles.extend(muscles);
-            extraction.sweeps.push((sweep, found));
-        }
-    }
-    extraction.muscles = strongest(std::mem::take(&mut extraction.muscles), Extracted::dominance, |a, b| {
-        a.place != b.place && a.spec.side == b.spec.side && a.is_under(b)
-    });
-    let bones = extraction.regions.len();
-    if bones == 0 {
-        return Err(ExtractError::NoLimbs { character: character.name.clone() });
-    }
-    if extraction.regions.iter().all(|(_, found)| found.sections.is_empty()) {
-        let planes = bones * PLANES;
-        return Err(ExtractError::NoOutlines { character: character.name.clone(), planes, bones });
-    }
-    for k in 0..extraction.muscles.len() {
-        let name = extraction.muscles[k].spec.name.clone();
-        let same = extraction.muscles[..k].iter().filter(|m| stem(&m.spec.name) == stem(&name)).count();
-        if same > 0 {
-            let (stem, side) = stem(&name);
-            extraction.muscles[k].spec.name = format!("{stem}_{}{side}", same + 1);
-        }
-    }
-    Ok(extraction)
-}
-
-/// Of muscles those that are no part of a stronger one, in the order that they came in.
-fn strongest(
-    muscles: Vec<Extracted>,
-    strength: impl Fn(&Extracted) -> f64,
-    is_part: impl Fn(&Extracted, &Extracted) -> bool,
-) -> Vec<Extracted> {
-    let mut order: Vec<usize> = (0..muscles.len()).collect();
-    order.sort_by(|&a, &b| strength(&muscles[b]).total_cmp(&strength(&muscles[a])));
-    let mut kept: Vec<usize> = Vec::new();
-    for k in order {
-        if !kept.iter().any(|&other| is_part(&muscles[k], &muscles[other])) {
-            kept.push(k);
-        }
-    }
-    muscles.into_iter().enumerate().filter(|(k, _)| kept.contains(k)).map(|(_, muscle)| muscle).collect()
-}
-
-/// What a group of planes over the trunk finds.
-fn swept(
-    character: &Character,
-    surface: &Surface,
-    shares: &Shares,
-    body: &Body,
-    sweep: Sweep,
-) -> (Found, Vec<Extracted>) {
-    let (sections, chains) = trunk::sections(surface, shares, body, sweep);
-    let mut found = Found { rejected: trunk::PLANES - sections.len(), sections, bellies: Vec::new() };
-    let mut muscles = Vec::new();
-    for belly in chains.iter().flat_map(|chain| stretches(&found.sections, chain, sweep, body)) {
-        let tips: Vec<DVec3> = belly.links.iter().map(|l| found.sections[l.section].tip_rest(l.bump)).collect();
-        let place = Place::of(body, &tips);
-        let name = name::of_trunk(sweep, &place);
-        let made = name.and_then(|name| trunk_muscle::muscle(character, body, sweep, &found, &belly, &place, name));
-        muscles.extend(made.filter(|m| m.confidence >= LEAST_CONFIDENCE));
-        found.bellies.push((belly, if name.is_some() { Verdict::Muscle } else { Verdict::Bone }));
-    }
-    (found, muscles)
-}
-
-/// A name without its number, and its side.
-fn stem(name: &str) -> (String, &str) {
-    let (name, side) = match name.strip_suffix("_l").or(name.strip_suffix("_r")) {
-        Some(stem) => (stem, &name[stem.len()..]),
-        None => (name, ""),
-    };
-    (name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('_').into(), side)
-}
-
-fn muscle(
+/// The muscle of a belly along a limb's bone; `None` where no profile stands out.
+pub(super) fn muscle(
     character: &Character,
     roles: &Roles,
     region: &Region,
@@ -261,14 +160,16 @@ fn muscle(
     let crossed = [crosses_above && along(ends[0]) < AT_JOINT, crosses_below && along(ends[1]) > 1.0 - AT_JOINT];
     let carried = [0, 1].map(|k| region.beside[k].filter(|_| crossed[k]).unwrap_or(region.joint));
     let outward = outward(sections, belly);
-    let ends = [0, 1].map(|k| if crossed[k] { across_joint(region, k, ends[k]) } else { on_bone(region, outward, &tips_rest, k, ends[k]) });
+    let ends = [0, 1].map(|k| {
+        if crossed[k] { across_joint(region, k, ends[k]) } else { on_bone(region, outward, &tips_rest, k, ends[k]) }
+    });
     let (s, out) = belly.reach(sections);
     let s: Vec<f64> = s.iter().map(|s| (s - from) / (to - from)).collect();
     let fit = fit::profile(&s, &out)?;
     let (long, short) = thickest(sections, belly);
     let eccentricity = eccentricity(long, short);
     let normal_rest = long_axis(sections, belly);
-    let degrees = degrees(roles, region, sections, belly);
+    let degrees = region.degrees(roles, tips_rest[tips_rest.len() / 2]);
     let (side, suffix) = side_of(region.side);
     let deepest = belly.links.iter().zip(&roots_rest).map(|(l, p)| sections[l.section].tip_rest(l.bump).distance(*p));
     let size = (long * short).sqrt().min(deepest.fold(0.0, f64::max));
@@ -380,14 +281,6 @@ pub(super) fn attachment(joint: &crate::rig::Joint, place_rest: DVec3, normal_re
     let to_local: Mat4 = joint.inverse_bind;
     let normal: Vec3 = to_local.transform_vector3(normal_rest.as_vec3()).normalize_or(Vec3::X);
     Attachment { bone: joint.name.clone(), offset: to_local.transform_point3(place_rest.as_vec3()), normal }
-}
-
-/// Where around its bone a belly is: 0 in front, 90 outside, 180 behind, -90 inside.
-fn degrees(roles: &Roles, region: &Region, sections: &[Section], belly: &Belly) -> f64 {
-    let out = out_of_bone(sections, belly);
-    let left = roles.axes.map_or(region.front.cross(region.direction()), |axes| axes.left.as_dvec3());
-    let outside = if region.side == Some(Side::Right) { -left } else { left };
-    out.dot(outside).atan2(out.dot(region.front)).to_degrees()
 }
 
 /// From the bone to a belly's middle.

@@ -63,6 +63,9 @@ pub struct TrunkName {
     pub far: Far,
 }
 
+/// What is marked where anatomy has no muscle.
+pub const UNNAMED: TrunkName = TrunkName { name: "muscle", far: Far::Trunk };
+
 /// What a trunk's muscle moves beside the trunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Far {

@@ -27,6 +27,23 @@ pub fn resample(points: &[DVec2], count: usize) -> Vec<DVec2> {
     out
 }
 
+/// A turn smaller than this is none, radians.
+const STRAIGHT: f64 = 2e-4;
+
+/// Points of a closed polygon at which it turns: those along a straight side, as of a mesh that was divided flat, tell nothing.
+pub fn corners(points: &[DVec2]) -> usize {
+    let least = 1e-6 * perimeter(points) / points.len().max(1) as f64;
+    // Through a vertex a plane cuts several edges at one place.
+    let apart = |&k: &usize| points[k].distance(points[(k + 1) % points.len()]) > least;
+    let points: Vec<DVec2> = (0..points.len()).filter(apart).map(|k| points[k]).collect();
+    let count = points.len();
+    let turns = |&k: &usize| {
+        let (before, after) = (points[k] - points[(k + count - 1) % count], points[(k + 1) % count] - points[k]);
+        before.perp_dot(after).abs() > STRAIGHT * before.length() * after.length()
+    };
+    (0..count).filter(turns).count()
+}
+
 /// A closed polygon from where a ray from its middle along the first axis leaves it: outlines of successive sections, of left
 /// and right, and of a finer mesh then have their samples at the same places.
 ///
@@ -161,5 +178,14 @@ mod tests {
         let steps: Vec<f64> = (0..96).map(|k| sampled[k].distance(sampled[(k + 1) % 96])).collect();
         let mean = steps.iter().sum::<f64>() / 96.0;
         assert!(steps.iter().all(|s| (s / mean - 1.0).abs() < 0.1), "{steps:?}");
+    }
+
+    #[test]
+    fn points_along_sides_are_no_corners() {
+        let coarse = ellipse(40, 0.06, 0.02);
+        assert_eq!(corners(&coarse), 40);
+        let halved = |k: usize| [coarse[k], coarse[k].lerp(coarse[(k + 1) % 40], 0.3)];
+        assert_eq!(corners(&(0..40).flat_map(halved).collect::<Vec<_>>()), 40);
+        assert_eq!(corners(&coarse.iter().flat_map(|p| [*p, *p]).collect::<Vec<_>>()), 40);
     }
 }

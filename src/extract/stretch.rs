@@ -83,7 +83,8 @@ fn before(sections: &[Section], chain: &[Link], bone: DVec3) -> Option<usize> {
     (at > 0 && at < chain.len()).then_some(at)
 }
 
-fn stretch(sections: &[Section], piece: &[Link]) -> Belly {
+/// One stretch, as it is.
+pub fn stretch(sections: &[Section], piece: &[Link]) -> Belly {
     let links = without_strays(sections, piece);
     let (roots_rest, stray) = roots(sections, &links);
     let mean = |of: &dyn Fn(&Link) -> f64| links.iter().map(of).sum::<f64>() / links.len() as f64;

@@ -58,6 +58,28 @@ impl Sweep {
         sweeps
     }
 
+    /// What it is called as a whole.
+    pub fn title(self) -> &'static str {
+        match self {
+            Sweep::Abdomen => "abdomen",
+            Sweep::Neck => "neck",
+            Sweep::Chest(Side::Left) => "chest_l",
+            Sweep::Chest(Side::Right) => "chest_r",
+            Sweep::Shoulder(Side::Left) => "shoulder_l",
+            Sweep::Shoulder(Side::Right) => "shoulder_r",
+        }
+    }
+
+    /// What a side of it is called; `None` for a side that it does not have.
+    pub fn name(self, side: Side) -> Option<String> {
+        match self {
+            Sweep::Abdomen | Sweep::Neck => {
+                Some(format!("{}_{}", self.title(), if side == Side::Left { "l" } else { "r" }))
+            }
+            Sweep::Chest(own) | Sweep::Shoulder(own) => (own == side).then(|| self.title().to_owned()),
+        }
+    }
+
     /// Its planes, in order.
     pub fn planes(self, body: &Body) -> Vec<Plane> {
         let share = |k: usize| k as f64 / (PLANES - 1) as f64;

@@ -69,3 +69,33 @@ impl Outline {
         run.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn circle(count: usize) -> Cut {
+        let points = (0..count).map(|k| DVec2::from_angle(TAU * k as f64 / count as f64)).collect();
+        Cut { points, edges: vec![(0, 1); count], closed: true }
+    }
+
+    #[test]
+    fn what_is_cut_away_is_bridged() {
+        let cut = circle(60);
+        let whole = clip(&cut, |_| true).expect("all of it");
+        assert!(whole.bridged.iter().all(|b| !b) && (whole.skin() - cut.length()).abs() < 1e-12);
+        let half = clip(&cut, |k| cut.points[k].x > -0.5).expect("most of it");
+        assert_eq!(half.bridged.iter().filter(|b| **b).count(), 1);
+        assert!((half.skin() - TAU * 2.0 / 3.0).abs() < 0.15, "{}", half.skin());
+        let two = clip(&cut, |k| cut.points[k].y.abs() > 0.5).expect("above and below");
+        assert_eq!(two.bridged.iter().filter(|b| **b).count(), 2);
+        assert!(clip(&cut, |k| k < 3).is_none(), "a scrap is none");
+        // Turned round, the bridges stay where they are.
+        let mut turned = cut.clone();
+        turned.points.reverse();
+        let same = clip(&turned, |k| turned.points[k].x > -0.5).expect("most of it");
+        assert!((same.skin() - half.skin()).abs() < 1e-12);
+        assert!(super::super::section::twice_area(&same.points) > 0.0);
+    }
+}
