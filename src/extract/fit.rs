@@ -66,7 +66,7 @@ pub struct Primitive {
     pub exponents: (u32, u32),
     /// Eccentricity of its section.
     pub eccentricity: f32,
-    /// Its width, metres.
+    /// Its width as muscle files have it: the largest radius that it would have with a round section, metres.
     pub width: f64,
 }
 
@@ -82,7 +82,7 @@ impl Primitive {
         let (u, v) = ellipse_squared(self.eccentricity);
         let across = f64::from(u) * cosine * cosine + f64::from(v) * (1.0 - cosine * cosine);
         let thick = f64::from(profile.at(s as f32).0);
-        (distance, thick / across.sqrt(), thick / most)
+        (distance, thick / most / across.sqrt(), thick / most)
     }
 
     /// Fits its width to a crest of weighted points, and how far its ends lie out along a direction: what is left of paper A's

@@ -182,7 +182,7 @@ pub(super) fn muscle(
         let room = UNDER_SKIN * off_bone(tips_rest[k * (tips_rest.len() - 1)]) - off_bone(ends[k]);
         [most, room.clamp(0.0, most)]
     });
-    primitive.fit(&crest, outward, [0.4 * size, 1.4 * size], play);
+    primitive.fit(&crest, outward, [0.5 * size, 2.0 * size], play);
     let (alpha, beta) = primitive.exponents;
     let ends = primitive.ends_rest;
     let attach = |k: usize| attachment(&character.joints[carried[k] as usize], ends[k], normal_rest);

@@ -23,6 +23,10 @@ const LIMB_ROOM: f64 = 0.25;
 const DELTOID_SHARE: f64 = 0.5;
 /// A muscle's axis is no deeper under its tips, in heights of the trunk: ellipses in the body's corners are as large as the body.
 const DEEPEST: f64 = 0.07;
+/// And it is no thicker outward from there.
+const THICKEST: f64 = 0.08;
+/// Exponents of a sheet, level along most of its length: the roundest, and their neighbours.
+const SHEET: (u32, u32) = (2, 2);
 /// How far the skin may draw an end, in the ellipses' size: on the trunk, and on a limb's bone.
 const PLAY: f64 = 1.0;
 const LIMB_PLAY: f64 = 0.5;
@@ -65,19 +69,17 @@ pub fn muscle(
     let way = ends[1] - ends[0];
     let s: Vec<f64> = tips_rest.iter().map(|p| (*p - ends[0]).dot(way) / way.length_squared()).collect();
     let out: Vec<f64> = tips_rest.iter().map(|p| (*p - ends[0]).dot(outward)).collect();
-    // A sheet that is level along its length has the roundest of profiles.
-    let profile =
-        fit::profile(&s, &out).unwrap_or(fit::ProfileFit { alpha: 2, beta: 2, width: 0.0, peak: 0.5, rms: 0.0 });
+    let profile_rms = fit::profile(&s, &out).map_or(0.0, |profile| profile.rms);
     let (long, short) = thickest(sections, belly);
     let short = short.min(most);
+    let size = (long * short).sqrt();
     let normal_rest = way.cross(outward).try_normalize()?;
     let eccentricity = eccentricity(long, short);
-    let mut primitive =
-        Primitive { ends_rest: ends, normal_rest, exponents: (profile.alpha, profile.beta), eccentricity, width: 0.0 };
+    let mut primitive = Primitive { ends_rest: ends, normal_rest, exponents: SHEET, eccentricity, width: size };
     let crest: Vec<(DVec3, f64)> = belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump)).collect();
-    let size = (long * short).sqrt();
     let play = [0, 1].map(|k| [if far == Some(k) { LIMB_PLAY } else { PLAY } * size; 2]);
-    primitive.fit(&crest, outward, [0.3 * size, 1.2 * size], play);
+    let thickest = THICKEST * body.height() / (short / long).sqrt();
+    primitive.fit(&crest, outward, [0.3 * size, (1.5 * size).min(thickest)], play);
     let ends = primitive.ends_rest;
     let (alpha, beta) = primitive.exponents;
     let joint = |part: &dyn Fn(Part) -> bool, p: DVec3| nearest_joint(character, body, p, part);
@@ -118,7 +120,7 @@ pub fn muscle(
         place: Where::Trunk(sweep),
         degrees: place.degrees,
         sections: belly.links.len(),
-        profile_rms: profile.rms,
+        profile_rms,
         ellipse_rms: (ellipses / belly.links.len() as f64).sqrt(),
         skin_rms: primitive.off(&crest),
         confidence: stands_out * sections_sure * line_sure,
