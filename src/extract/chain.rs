@@ -14,8 +14,6 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 const BRIDGE_MARGIN: f64 = 2.0;
 /// Roughness from which outlines are taken for noisy, and from which for as noisy as a bad scan, perimeters.
 const NOISE: [f64; 2] = [5e-4, 9e-4];
-/// A crest's half, in spans of its bump.
-const CREST: f64 = 0.25;
 /// Sections that a chain may leap over.
 const GAP: usize = 2;
 /// Sections before and after one whose median is its depth.
@@ -153,10 +151,11 @@ impl Section {
         self.plane.axes[0] * out.x + self.plane.axes[1] * out.y
     }
 
-    /// Points of a bump around its tip, metres in scene space at rest, with weights that decrease along it (background 6.2).
-    pub fn crest_rest(&self, bump: usize) -> Vec<(DVec3, f64)> {
+    /// Points of a bump around its tip to a share of its span on either side, metres in scene space at rest, with weights that decrease
+    /// along it (background 6.2).
+    pub fn crest_rest(&self, bump: usize, share: f64) -> Vec<(DVec3, f64)> {
         let (bump, count) = (&self.bumps[bump], self.outline.len());
-        let half = (bump.span(count) as f64 * CREST).max(1.0);
+        let half = (bump.span(count) as f64 * share).max(1.0);
         let near = (half.ceil() as usize).min(count / 4);
         let one = |k: usize| {
             let away = (k as f64 - near as f64) / half;

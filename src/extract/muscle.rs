@@ -26,6 +26,8 @@ const SURE_SECTIONS: f64 = 12.0;
 const UNSURE_STRAY: f64 = 0.03;
 /// How far an end goes past the joint that it crosses, in lengths of the bone.
 const PAST_JOINT: f64 = 0.04;
+/// A crest's half, in spans of its bump.
+const CREST: f64 = 0.25;
 /// How far the skin may draw an end, in the ellipses' size: on its own bone, and where it crosses a joint.
 const PLAY: f64 = 1.5;
 const CROSSING_PLAY: f64 = 1.0;
@@ -173,7 +175,8 @@ pub(super) fn muscle(
     let (side, suffix) = side_of(region.side);
     let deepest = belly.links.iter().zip(&roots_rest).map(|(l, p)| sections[l.section].tip_rest(l.bump).distance(*p));
     let size = (long * short).sqrt().min(deepest.fold(0.0, f64::max));
-    let crest: Vec<(DVec3, f64)> = belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump)).collect();
+    let crest: Vec<(DVec3, f64)> =
+        belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump, CREST)).collect();
     let mut primitive =
         Primitive { ends_rest: ends, normal_rest, exponents: (fit.alpha, fit.beta), eccentricity, width: size };
     let off_bone = |p: DVec3| (p - region.ends_rest[0]).reject_from(region.direction()).length();

@@ -21,6 +21,11 @@ const LIMB_OFF: f64 = 0.4;
 const LIMB_ROOM: f64 = 0.25;
 /// A deltoid ends this far down its bone.
 const DELTOID_SHARE: f64 = 0.5;
+/// A crest's half, in spans of its bump: sheets are told by their breadth.
+const CREST: f64 = 0.4;
+/// A muscle that ends on a limb may be this many times as far off the skin as it would be on the trunk, and this much, metres: one that
+/// leaves the body for its limb stays.
+const FOR_LIMB: (f64, f64) = (1.5, 0.003);
 /// A muscle's axis is no deeper under its tips, in heights of the trunk: ellipses in the body's corners are as large as the body.
 const DEEPEST: f64 = 0.07;
 /// And it is no thicker outward from there.
@@ -54,34 +59,33 @@ pub fn muscle(
     let no_deeper = |(tip, root): (&DVec3, &DVec3)| tip.lerp(*root, (most / tip.distance(*root).max(1e-9)).min(1.0));
     let roots_rest: Vec<DVec3> = tips_rest.iter().zip(&belly.roots_rest).map(no_deeper).collect();
     let (first, way) = axis(&roots_rest);
-    let limb = limb(body, place.side, name.far);
-    let mut ends = [first - way * EXTENSION, first + way * (1.0 + EXTENSION)];
-    let share = if name.name.starts_with("deltoid") { DELTOID_SHARE } else { LIMB_SHARE };
-    let hold = limb.map(|(from, to)| from.lerp(to, share));
-    // The end that is nearer to where the limb's bone holds it is there.
-    let far = hold.map(|hold| usize::from(ends[1].distance(hold) < ends[0].distance(hold)));
-    if let (Some(far), Some(hold), Some((from, to))) = (far, hold, limb) {
-        let beside = (ends[far] - hold).reject_from(to - from);
-        let room = LIMB_ROOM * from.distance(to);
-        ends[far] = hold + beside * (LIMB_OFF * (room / beside.length().max(1e-9)).min(1.0));
-    }
+    let plain = [first - way * EXTENSION, first + way * (1.0 + EXTENSION)];
     let outward = outward(sections, belly);
+    let (long, short) = thickest(sections, belly);
+    let (short, eccentricity) = (short.min(most), eccentricity(long, short.min(most)));
+    let size = (long * short).sqrt();
+    let widest = (THICKEST * body.height() / (short / long).sqrt()).min(1.5 * size);
+    let crest: Vec<(DVec3, f64)> =
+        belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump, CREST)).collect();
+    let lay = |ends: [DVec3; 2], far: Option<usize>| {
+        let normal_rest = (ends[1] - ends[0]).cross(outward).try_normalize()?;
+        let mut primitive = Primitive { ends_rest: ends, normal_rest, exponents: SHEET, eccentricity, width: size };
+        let play = [0, 1].map(|k| [if far == Some(k) { LIMB_PLAY } else { PLAY } * size; 2]);
+        primitive.fit(&crest, outward, [0.3 * size, widest], play);
+        Some(primitive)
+    };
+    let on_trunk = lay(plain, None)?;
+    let on_limb = held(body, place, name, plain).and_then(|(ends, far)| Some((lay(ends, Some(far))?, far)));
+    let most_off = FOR_LIMB.0 * on_trunk.off(&crest) + FOR_LIMB.1;
+    let (primitive, far) = match on_limb {
+        Some((on_limb, far)) if on_limb.off(&crest) < most_off => (on_limb, Some(far)),
+        _ => (on_trunk, None),
+    };
+    let (ends, normal_rest, (alpha, beta)) = (primitive.ends_rest, primitive.normal_rest, primitive.exponents);
     let way = ends[1] - ends[0];
     let s: Vec<f64> = tips_rest.iter().map(|p| (*p - ends[0]).dot(way) / way.length_squared()).collect();
     let out: Vec<f64> = tips_rest.iter().map(|p| (*p - ends[0]).dot(outward)).collect();
     let profile_rms = fit::profile(&s, &out).map_or(0.0, |profile| profile.rms);
-    let (long, short) = thickest(sections, belly);
-    let short = short.min(most);
-    let size = (long * short).sqrt();
-    let normal_rest = way.cross(outward).try_normalize()?;
-    let eccentricity = eccentricity(long, short);
-    let mut primitive = Primitive { ends_rest: ends, normal_rest, exponents: SHEET, eccentricity, width: size };
-    let crest: Vec<(DVec3, f64)> = belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump)).collect();
-    let play = [0, 1].map(|k| [if far == Some(k) { LIMB_PLAY } else { PLAY } * size; 2]);
-    let thickest = THICKEST * body.height() / (short / long).sqrt();
-    primitive.fit(&crest, outward, [0.3 * size, (1.5 * size).min(thickest)], play);
-    let ends = primitive.ends_rest;
-    let (alpha, beta) = primitive.exponents;
     let joint = |part: &dyn Fn(Part) -> bool, p: DVec3| nearest_joint(character, body, p, part);
     let trunk = |part: Part| matches!(part, Part::Trunk | Part::Neck | Part::Head);
     let holds = [0, 1].map(|k| match (name.far, far) {
@@ -129,6 +133,17 @@ pub fn muscle(
         across: alignment(sections, &belly.links),
         tips_rest,
     })
+}
+
+/// The ends of a muscle that moves a limb, and which of them is on its bone: the one that is nearer to where the bone holds it.
+fn held(body: &Body, place: &Place, name: TrunkName, mut ends: [DVec3; 2]) -> Option<([DVec3; 2], usize)> {
+    let (from, to) = limb(body, place.side, name.far)?;
+    let hold = from.lerp(to, if name.name == "deltoid" { DELTOID_SHARE } else { LIMB_SHARE });
+    let far = usize::from(ends[1].distance(hold) < ends[0].distance(hold));
+    let beside = (ends[far] - hold).reject_from(to - from);
+    let room = LIMB_ROOM * from.distance(to);
+    ends[far] = hold + beside * (LIMB_OFF * (room / beside.length().max(1e-9)).min(1.0));
+    Some((ends, far))
 }
 
 /// The bone that a muscle moves.
