@@ -5,7 +5,7 @@ use crate::error::ExtractNote;
 use std::collections::HashMap;
 
 /// Triangles smaller than this share of the mean one have no area.
-const FLAT: f64 = 1e-9;
+const FLAT: f64 = 1e-5;
 
 /// What a surface's triangles are like beside a closed skin's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
