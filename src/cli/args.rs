@@ -276,6 +276,16 @@ pub struct Extract {
     /// it lacks are added
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
+    /// Regions that must yield a muscle, however little it shows: a limb's joint or abdomen_l, chest_l, shoulder_l, neck_l and their
+    /// likes, degrees around it (0 in front, 90 outside, 180 behind, -90 inside), and a name, as in thigh_l:60..120:vastus_lateralis
+    #[arg(long, value_name = "REGION:FROM..TO[:NAME],..", value_delimiter = ',')]
+    pub must: Vec<sinew::extract::Mark>,
+    /// Muscles that are left out, by the names that they would get
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
+    pub without: Vec<String>,
+    /// Folder for a page of sections per region, the muscles on the skin, and muscles.csv
+    #[arg(long, value_name = "FOLDER")]
+    pub report: Option<PathBuf>,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,

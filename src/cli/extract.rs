@@ -1,12 +1,14 @@
 //! `sinew extract`: muscles found in the skin, as a muscle file. Needs no adapter and fits no fields.
 
 use crate::args;
+use crate::extract_report::{self, TABLE};
 use crate::failure::Failure;
 use crate::print;
+use crate::progress::Progress;
 use serde::Serialize;
 use sinew::extract::{self, Extracted, limb::Verdict};
 use sinew::io::atomic::WholeFile;
-use sinew::rig::{MuscleSize, muscle_file::Document, roles::Roles};
+use sinew::rig::{muscle_file::Document, roles::Roles};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -17,9 +19,15 @@ struct Report {
     muscles: Vec<Muscle>,
     sections: usize,
     planes_without_outline: usize,
-    ridges: usize,
+    bones: usize,
     joints: usize,
+    short: usize,
     seconds: f64,
+    /// The folder of the report, and how many files it has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    files: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -33,17 +41,27 @@ struct Muscle {
     beta: u32,
     profile_rms_millimetres: f64,
     ellipse_rms_millimetres: f64,
+    skin_rms_millimetres: f64,
     confidence: f64,
     /// Whether the file had a muscle of that name, which stays as it was.
     kept: bool,
 }
 
 pub fn run(args: &args::Extract) -> Result<(), Failure> {
-    let scene = sinew::io::gltf::read(&args.file).map_err(Failure::input)?;
+    let mut scene = sinew::io::gltf::read(&args.file).map_err(Failure::input)?;
     let started = Instant::now();
     let roles = Roles::find(&scene.character);
-    let extraction = extract::extract(&scene.character, &roles).map_err(Failure::input)?;
+    let progress = Progress::unknown("looking for muscles");
+    let extraction = extract::extract(&scene.character, &roles, &args.must).map_err(Failure::input)?;
+    drop(progress);
     let seconds = started.elapsed().as_secs_f64();
+    scene.notes.extend(extraction.notes.iter().map(ToString::to_string));
+    let names = || extraction.muscles.iter().map(|m| m.spec.name.as_str());
+    if let Some(unknown) = args.without.iter().find(|name| !names().any(|n| n == name.as_str())) {
+        let found = names().collect::<Vec<_>>().join(", ");
+        return Err(Failure::Usage(format!("--without {unknown}: no such muscle was found; there are {found}")));
+    }
+    let wanted = |found: &&Extracted| !args.without.contains(&found.spec.name);
     let mut document = match args.output.exists() {
         true => Document::open(&args.output),
         false => Document::parse(&head(&scene.character.name), &args.output),
@@ -51,23 +69,30 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
     .map_err(Failure::input)?;
     let before = document.file().map_err(Failure::input)?;
     let is_there = |found: &Extracted| before.muscle(&found.spec.name).is_some();
-    for muscle in extraction.muscles.iter().filter(|m| !is_there(m)) {
+    for muscle in extraction.muscles.iter().filter(wanted).filter(|m| !is_there(m)) {
         document.add(&muscle.spec).map_err(Failure::input)?;
     }
     let mut file = WholeFile::create(&args.output).map_err(Failure::input)?;
     file.put(document.to_string().as_bytes()).map_err(Failure::input)?;
+    let drawn = match &args.report {
+        Some(folder) => Some(extract_report::write(folder, &scene.character, &roles, &extraction)?),
+        None => None,
+    };
     file.finish().map_err(Failure::input)?;
-    let regions = || extraction.regions.iter().map(|(_, found)| found);
+    let regions = || extraction.regions.iter().map(|(_, found)| found).chain(extraction.sweeps.iter().map(|(_, f)| f));
     let verdicts = |wanted| regions().flat_map(|found| &found.bellies).filter(|(_, v)| *v == wanted).count();
     let report = Report {
         character: scene.character.name.clone(),
         output: args.output.clone(),
-        muscles: extraction.muscles.iter().map(|found| muscle(found, is_there(found))).collect(),
+        muscles: extraction.muscles.iter().filter(wanted).map(|found| muscle(found, is_there(found))).collect(),
         sections: regions().map(|found| found.sections.len()).sum(),
         planes_without_outline: regions().map(|found| found.rejected).sum(),
-        ridges: verdicts(Verdict::Ridge),
+        bones: verdicts(Verdict::Ridge) + verdicts(Verdict::Bone),
         joints: verdicts(Verdict::Joint),
+        short: verdicts(Verdict::Short),
         seconds,
+        report: args.report.clone(),
+        files: drawn,
     };
     print::noted(args.json, &report, &scene.notes, text)
 }
@@ -82,20 +107,17 @@ fn head(character: &str) -> String {
 }
 
 fn muscle(found: &Extracted, kept: bool) -> Muscle {
-    let width_metres = match found.spec.size {
-        MuscleSize::Width(width) => width,
-        MuscleSize::Volume(_) => 0.0,
-    };
     Muscle {
         name: found.spec.name.clone(),
         bone: found.spec.bone.clone(),
         degrees: found.degrees,
         sections: found.sections,
-        width_metres,
+        width_metres: found.width(),
         alpha: found.spec.rest.alpha,
         beta: found.spec.rest.beta,
         profile_rms_millimetres: found.profile_rms * 1e3,
         ellipse_rms_millimetres: found.ellipse_rms * 1e3,
+        skin_rms_millimetres: found.skin_rms * 1e3,
         confidence: found.confidence,
         kept,
     }
@@ -103,18 +125,24 @@ fn muscle(found: &Extracted, kept: bool) -> Muscle {
 
 fn text(report: &Report) -> String {
     let mut text = format!(
-        "{}: {} muscles of the limbs, in {} sections ({} planes without an outline; {} bellies are bone, {} joints) in {:.2} s\n",
+        "{}: {} muscles, in {} sections ({} planes without an outline; of what else stands out {} are bone, {} joints, {} too \
+         short) in {:.2} s\n",
         report.output.display(),
         report.muscles.len(),
         report.sections,
         report.planes_without_outline,
-        report.ridges,
+        report.bones,
         report.joints,
+        report.short,
         report.seconds
     );
+    if let (Some(folder), Some(files)) = (&report.report, report.files) {
+        text += &format!("  {}: {files} files, {TABLE} among them\n", folder.display());
+    }
     for m in &report.muscles {
         text += &format!(
-            "  {}: on {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm off; confidence {:.2}{}\n",
+            "  {}: shapes {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm, muscle {:.1} mm \
+             off the skin; confidence {:.2}{}\n",
             m.name,
             m.bone,
             m.degrees,
@@ -122,6 +150,7 @@ fn text(report: &Report) -> String {
             m.sections,
             m.ellipse_rms_millimetres,
             m.profile_rms_millimetres,
+            m.skin_rms_millimetres,
             m.confidence,
             if m.kept { "; the file has it, and keeps its own" } else { "" }
         );

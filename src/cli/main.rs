@@ -14,6 +14,7 @@ mod device;
 mod doctor;
 mod explain;
 mod extract;
+mod extract_report;
 mod failure;
 mod figures;
 mod inspect;

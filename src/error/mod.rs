@@ -13,7 +13,7 @@ mod table;
 
 pub use clip::ClipError;
 pub use device::DeviceError;
-pub use extract::ExtractError;
+pub use extract::{ExtractError, ExtractNote};
 pub use field::{FieldError, HrbfError, MeshDistanceError};
 pub use figure::FigureError;
 pub use gltf::GltfError;

@@ -19,6 +19,8 @@ pub const LEAST_PROMINENCE: f64 = 0.2;
 const SURE_PROMINENCE: f64 = 0.6;
 /// A hollow ends where the curvature is this far above its least, same unit.
 const RISE: f64 = 0.1;
+/// Two tips are as high where they differ by less than this share of the least prominence.
+const ALIKE: f64 = 0.01;
 /// A vertex stands outside a semicircle by this share of its radius.
 const OUTSIDE: f64 = 1e-9;
 
@@ -158,6 +160,7 @@ pub fn detect(outline: &[DVec2]) -> Result<Vec<Bump>, Crossing> {
     let curved = curvature(outline);
     let peak = |&k: &usize| curved[k] >= curved[(k + 1) % count] && curved[k] > curved[(k + count - 1) % count];
     let least_chord = LEAST_CHORD * outline::perimeter(outline) / PI;
+    let alike = ALIKE * LEAST_PROMINENCE;
     let mut tips: Vec<usize> = Vec::new();
     for run in prune(outline, &triangulate(outline)?) {
         let (a, b) = (outline[run.chord.0], outline[run.chord.1]);
@@ -172,10 +175,12 @@ pub fn detect(outline: &[DVec2]) -> Result<Vec<Bump>, Crossing> {
         tips.extend(along.filter(peak));
     }
     // Where four points are on one circle the triangles are arbitrary, and a run may end before it has begun.
-    tips.extend((0..count).filter(peak).filter(|&k| curved[k] > 1.0 && prominence(&curved, k) >= SURE_PROMINENCE));
+    tips.extend(
+        (0..count).filter(peak).filter(|&k| curved[k] > 1.0 && prominence(&curved, k, alike) >= SURE_PROMINENCE),
+    );
     tips.sort_unstable();
     tips.dedup();
-    tips.retain(|&tip| prominence(&curved, tip) >= LEAST_PROMINENCE);
+    tips.retain(|&tip| prominence(&curved, tip, alike) >= LEAST_PROMINENCE);
     Ok((0..tips.len())
         .map(|k| {
             let tip = tips[k];
@@ -183,35 +188,60 @@ pub fn detect(outline: &[DVec2]) -> Result<Vec<Bump>, Crossing> {
             let after = tips[(k + 1) % tips.len()];
             Bump {
                 tip,
-                begin: low(&curved, tip, before, count - 1),
-                end: low(&curved, tip, after, 1),
+                begin: low(&curved, tip, before, count - 1, RISE),
+                end: low(&curved, tip, after, 1, RISE),
                 sharpness: curved[tip],
-                prominence: prominence(&curved, tip),
+                prominence: prominence(&curved, tip, alike),
             }
         })
         .collect())
 }
 
-/// How far one has to go down from a tip to come to a higher one.
-fn prominence(curved: &[f64], tip: usize) -> f64 {
+/// The bumps of a near-planar outline by direct variation (paper B, section 4): where it stands out of its own shape at large by
+/// `least` more than at the lows on either side. `varied` is that [`variation`](outline::variation) in any unit, `curved` the
+/// curvature.
+pub fn vary(varied: &[f64], curved: &[f64], least: f64) -> Vec<Bump> {
+    let count = varied.len();
+    let peak = |&k: &usize| varied[k] >= varied[(k + 1) % count] && varied[k] > varied[(k + count - 1) % count];
+    let tips: Vec<usize> = (0..count).filter(peak).filter(|&k| prominence(varied, k, ALIKE * least) >= least).collect();
+    let bump = |k: usize| {
+        let tip = tips[k];
+        let (before, after) = (tips[(k + tips.len() - 1) % tips.len()], tips[(k + 1) % tips.len()]);
+        let (begin, end) = (low(varied, tip, before, count - 1, least), low(varied, tip, after, 1, least));
+        // Over the lows beside it, not over those beside its equal on the other side of the body.
+        Bump { tip, begin, end, sharpness: curved[tip], prominence: varied[tip] - varied[begin].max(varied[end]) }
+    };
+    (0..tips.len()).map(bump).collect()
+}
+
+/// How far one has to go down from a tip to come to one that is as high; `alike` says what difference is none, for left and right
+/// differ by rounding alone.
+fn prominence(curved: &[f64], tip: usize, alike: f64) -> f64 {
     let count = curved.len();
+    let enough = curved[tip] - alike;
     let low = |step: usize| {
-        let walk = (1..count).map(|k| curved[(tip + k * step) % count]);
-        walk.take_while(|&k| k <= curved[tip]).fold(curved[tip], f64::min)
+        let mut lowest = curved[tip];
+        for value in (1..count).map(|k| curved[(tip + k * step) % count]) {
+            if value > curved[tip] || (value > enough && lowest < enough) {
+                break;
+            }
+            lowest = lowest.min(value);
+        }
+        lowest
     };
     curved[tip] - low(1).max(low(count - 1))
 }
 
-/// The least bent point on the way from a tip to the next one, in steps of 1 or of one less than a round: the first hollow,
-/// for beyond it the limb goes on.
-fn low(curved: &[f64], tip: usize, next: usize, step: usize) -> usize {
+/// The lowest point on the way from a tip to the next one, in steps of 1 or of one less than a round: the first hollow, which ends
+/// where what follows is higher by `rise`, for beyond it the limb goes on.
+fn low(curved: &[f64], tip: usize, next: usize, step: usize, rise: f64) -> usize {
     let count = curved.len();
     let mut lowest = (tip + step) % count;
     for at in (1..count).map(|k| (tip + k * step) % count).take_while(|&at| at != next) {
         if curved[at] < curved[lowest] {
             lowest = at;
         }
-        if curved[at] > curved[lowest] + RISE {
+        if curved[at] > curved[lowest] + rise {
             break;
         }
     }
@@ -273,5 +303,31 @@ mod tests {
             let arc = (run.chord.1 + 96 - run.chord.0) % 96;
             assert!(run.end != PruneEnd::Spent && (0..=arc).all(|k| inside(run.chord.0 + k)), "{run:?}");
         }
+    }
+
+    #[test]
+    fn what_varies_along_a_flat_outline_is_found() {
+        // A trunk: broad and shallow, with two low mounds in front.
+        let mounds = |height: f64| -> Vec<DVec2> {
+            let point = |k: usize| {
+                let angle = TAU * (k as f64 + 0.3) / 400.0;
+                let away = |at: f64| (-((angle - at) / 0.15).powi(2)).exp();
+                DVec2::from_angle(angle) * DVec2::new(0.1, 0.16) * (1.0 + height * (away(0.3) + away(TAU - 0.3)))
+            };
+            outline::resample(&(0..400).map(point).collect::<Vec<_>>(), 160)
+        };
+        let found = |height: f64| {
+            let outline = outline::smooth(&mounds(height), 0.01 * outline::perimeter(&mounds(height)));
+            let varied = outline::variation(&outline, 0.045 * outline::perimeter(&outline));
+            let bumps = vary(&varied, &curvature(&outline), 0.001 * outline::perimeter(&outline));
+            bumps
+                .into_iter()
+                .filter(|bump| outline[bump.tip].y.abs() < 0.08 && outline[bump.tip].x > 0.0)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(found(0.06).len(), 2, "{:?}", found(0.06));
+        let [a, b] = [found(0.06)[0], found(0.06)[1]].map(|bump| bump.prominence);
+        assert!((a - b).abs() < 0.05 * a, "{a} {b}: left and right are alike");
+        assert!(found(0.0).is_empty(), "{:?}", found(0.0));
     }
 }

@@ -4,13 +4,14 @@ use super::{
     bump::{self, Bump, Crossing},
     ellipse::{self, Ellipse},
     outline,
-    section::{Cut, Plane},
+    section::Plane,
+    window::Outline,
 };
 use glam::{DVec2, DVec3};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
-/// Points of an outline.
-pub const OUTLINE: usize = 96;
+/// Tips nearer to a bridge than this many deviations of the smoothing are the bridge's own corners.
+const BRIDGE_MARGIN: f64 = 2.0;
 /// Roughness from which outlines are taken for noisy, and from which for as noisy as a bad scan, perimeters.
 const NOISE: [f64; 2] = [5e-4, 9e-4];
 /// Sections that a chain may leap over.
@@ -24,7 +25,7 @@ const STRAY: f64 = 0.03;
 /// Tips at a belly's ends stand out by this share of its mean prominence.
 const FAINT: f64 = 0.4;
 /// Fewest sections of a muscle.
-const FEWEST: usize = 5;
+pub(super) const FEWEST: usize = 5;
 /// Least height of a belly over its chord, metres, and in lengths of the muscle.
 pub const LEAST_BELLY: [f64; 2] = [0.0012, 0.008];
 /// Least mean prominence of a belly's tips.
@@ -34,6 +35,15 @@ pub const LEAST_SHARPNESS: f64 = 1.2;
 /// A tip may lie this far under its belly's chord, metres: a twentieth of the least height.
 const UNDER: f64 = 6e-5;
 
+/// What stands out of near-planar outlines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Variation {
+    /// Deviation of the Gaussian that leaves an outline's shape at large, perimeters.
+    pub large: f64,
+    /// How far a bump stands out of that at least, perimeters.
+    pub least: f64,
+}
+
 /// How outlines of a region are smoothed and its bumps linked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -41,13 +51,29 @@ pub struct Settings {
     pub smoothing: [f64; 2],
     /// How far a tip may be from the next section's, perimeters.
     pub reach: f64,
+    /// Points of an outline.
+    pub points: usize,
+    /// Expected ratio of a muscle's short axis to its long one.
+    pub aspect: f64,
+    /// Where outlines are near-planar bumps are found by direct variation, and their prominences are perimeters.
+    pub variation: Option<Variation>,
 }
 
 impl Settings {
     /// For arms: their outlines are small, and their muscles round.
-    pub const ARM: Settings = Settings { smoothing: [0.02, 0.04], reach: 0.07 };
-    /// For legs.
-    pub const LEG: Settings = Settings { smoothing: [0.013, 0.04], reach: 0.07 };
+    pub const ARM: Settings =
+        Settings { smoothing: [0.02, 0.04], reach: 0.07, points: 96, aspect: ellipse::ASPECT, variation: None };
+    /// For thighs, whose muscles are broad and flat.
+    pub const THIGH: Settings = Settings {
+        smoothing: [0.013, 0.04],
+        reach: 0.07,
+        points: 96,
+        aspect: ellipse::ASPECT,
+        variation: Some(Variation { large: 0.07, least: 0.001 }),
+    };
+    /// For shins.
+    pub const SHIN: Settings =
+        Settings { smoothing: [0.013, 0.04], reach: 0.07, points: 96, aspect: ellipse::ASPECT, variation: None };
 }
 
 /// One section of a limb, with the bumps in its outline.
@@ -59,6 +85,8 @@ pub struct Section {
     pub plane: Plane,
     /// Its outline, sampled evenly; in the plane's axes.
     pub outline: Vec<DVec2>,
+    /// Which of its points are on bridges over what was cut away.
+    pub bridged: Vec<bool>,
     /// Length of the outline, metres.
     pub perimeter: f64,
     /// Bumps of the smoothed outline.
@@ -72,18 +100,40 @@ impl Section {
     ///
     /// # Errors
     /// The smoothed outline crosses itself.
-    pub fn new(number: usize, plane: Plane, cut: &Cut, settings: &Settings) -> Result<Section, Crossing> {
-        let outline = outline::resample(&cut.points, OUTLINE);
+    pub fn new(number: usize, plane: Plane, cut: &Outline, settings: &Settings) -> Result<Section, Crossing> {
+        let (points, bridged) = outline::from_front(&cut.points, &cut.bridged);
+        let outline = outline::resample(&points, settings.points);
+        let bridged = outline::bridged_samples(&points, &bridged, settings.points);
         let perimeter = outline::perimeter(&outline);
-        let spacing = 1.4 * perimeter / cut.points.len() as f64;
+        let spacing = 1.4 * perimeter / outline::corners(&cut.points).max(1) as f64;
         let [least, most] = settings.smoothing.map(|share| share * perimeter);
         let noise = (outline::roughness(&outline) / perimeter - NOISE[0]) / (NOISE[1] - NOISE[0]);
         let least = least + (most - least) * noise.clamp(0.0, 1.0);
-        let smoothed = outline::smooth(&outline, spacing.max(least).min(most));
-        let bumps = bump::detect(&smoothed)?;
+        let deviation = spacing.max(least).min(most);
+        let smoothed = outline::smooth(&outline, deviation);
+        let margin = (BRIDGE_MARGIN * deviation / perimeter * settings.points as f64).ceil() as usize;
+        let near_bridge =
+            |tip: usize| (0..=2 * margin).any(|k| bridged[(tip + settings.points + k - margin) % settings.points]);
         let curved = outline::curvature(&smoothed);
-        let ellipses = bumps.iter().map(|bump| ellipse::fit(&outline, &curved, bump)).collect();
-        Ok(Section { number, plane, outline, perimeter, bumps, ellipses })
+        let found = match settings.variation {
+            Some(Variation { large, least }) => {
+                let varied = outline::variation(&smoothed, large * perimeter).into_iter().map(|v| v / perimeter);
+                bump::vary(&varied.collect::<Vec<_>>(), &curved, least)
+            }
+            None => bump::detect(&smoothed)?,
+        };
+        let bumps: Vec<Bump> = found.into_iter().filter(|bump| !near_bridge(bump.tip)).collect();
+        let ellipses = bumps.iter().map(|bump| ellipse::fit(&outline, &curved, bump, settings.aspect)).collect();
+        Ok(Section { number, plane, outline, bridged, perimeter, bumps, ellipses })
+    }
+
+    /// Leaves out bumps whose tips, in scene space at rest, are not wanted.
+    pub fn keep(&mut self, wanted: impl Fn(DVec3) -> bool) {
+        let kept: Vec<bool> = (0..self.bumps.len()).map(|bump| wanted(self.tip_rest(bump))).collect();
+        let mut of_bumps = kept.iter();
+        self.bumps.retain(|_| *of_bumps.next().unwrap_or(&true));
+        let mut of_ellipses = kept.iter();
+        self.ellipses.retain(|_| *of_ellipses.next().unwrap_or(&true));
     }
 
     fn tip(&self, bump: usize) -> DVec2 {
@@ -93,6 +143,25 @@ impl Section {
     /// Where a bump's tip is, metres in scene space at rest.
     pub fn tip_rest(&self, bump: usize) -> DVec3 {
         self.plane.to_scene(self.tip(bump))
+    }
+
+    /// Unit vector in the plane out of the muscle at a bump, scene space at rest: from its ellipse's centre to its tip.
+    pub fn outward_rest(&self, bump: usize) -> DVec3 {
+        let out = (self.tip(bump) - self.ellipses[bump].centre).normalize_or_zero();
+        self.plane.axes[0] * out.x + self.plane.axes[1] * out.y
+    }
+
+    /// Points of a bump around its tip to a share of its span on either side, metres in scene space at rest, with weights that decrease
+    /// along it (background 6.2).
+    pub fn crest_rest(&self, bump: usize, share: f64) -> Vec<(DVec3, f64)> {
+        let (bump, count) = (&self.bumps[bump], self.outline.len());
+        let half = (bump.span(count) as f64 * share).max(1.0);
+        let near = (half.ceil() as usize).min(count / 4);
+        let one = |k: usize| {
+            let away = (k as f64 - near as f64) / half;
+            (self.plane.to_scene(self.outline[(bump.tip + count + k - near) % count]), (-(away / 0.6).powi(2)).exp())
+        };
+        (0..=2 * near).map(one).collect()
     }
 
     /// From the middle of the outline to a bump's tip, in the plane's axes.
@@ -210,7 +279,7 @@ pub fn bellies(sections: &[Section], chain: &[Link]) -> Vec<Belly> {
 
 /// A belly without the sections at its ends whose tips are not on its line, or hardly stand out: there its bump has not begun,
 /// and another one may have been taken for it.
-fn without_strays<'a>(sections: &[Section], links: &'a [Link]) -> Vec<Link> {
+pub(super) fn without_strays<'a>(sections: &[Section], links: &'a [Link]) -> Vec<Link> {
     let mut links: &'a [Link] = links;
     while links.len() > FEWEST {
         let (places, tips) = line(sections, links);
@@ -235,7 +304,7 @@ fn line(sections: &[Section], links: &[Link]) -> (Vec<f64>, Vec<DVec3>) {
 
 /// The root curve of a belly (paper B): as deep under the tips as the ellipses' centres are, less what one section alone
 /// says; where a bump begins, its ellipse and its tip may be anything. And how far tips stray from a curve, perimeters.
-fn roots(sections: &[Section], links: &[Link]) -> (Vec<DVec3>, f64) {
+pub(super) fn roots(sections: &[Section], links: &[Link]) -> (Vec<DVec3>, f64) {
     let depth = |l: &Link| {
         let section = &sections[l.section];
         (section.ellipses[l.bump].centre - section.tip(l.bump)) / section.perimeter

@@ -8,7 +8,7 @@ use glam::DVec2;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::PI;
 
-/// Expected ratio of the short axis to the long one.
+/// Expected ratio of the short axis to the long one, in a limb.
 pub const ASPECT: f64 = 0.9;
 /// Expected half long axis, in chords from one end of the bump to the other.
 pub const HALF_AXIS: f64 = 0.45;
@@ -18,6 +18,8 @@ pub const PRIOR: f64 = 0.3;
 const PRIORS: [f64; 2] = [0.3, 0.1];
 /// The crest is where the curvature is above this share of the way from its least to its most.
 const CREST: f64 = 0.4;
+/// A crest goes no farther from its tip than one of so many parts of the outline.
+const WIDEST: usize = 8;
 /// Iterations of the fit.
 const ITERATIONS: usize = 30;
 
@@ -40,10 +42,11 @@ pub struct Ellipse {
 type Parameters = SVector<f64, 5>;
 
 /// Fits an ellipse to a bump's crest: the points around its tip where `curved`, the outline's curvature, is above
-/// `CREST` of the way from the bump's least to its most. The tip counts most (paper B: weights decrease along the bump).
+/// `CREST` of the way from the bump's least to its most. The tip counts most (paper B: weights decrease along the bump). `aspect` is the expected ratio of
+/// the axes.
 ///
 /// Minimises `sum omega (F / |grad F|)² / chord²` and the priors (background 6.2) by Levenberg and Marquardt.
-pub fn fit(outline: &[DVec2], curved: &[f64], bump: &Bump) -> Ellipse {
+pub fn fit(outline: &[DVec2], curved: &[f64], bump: &Bump, aspect: f64) -> Ellipse {
     let count = outline.len();
     let [begin, tip, end] = [bump.begin, bump.tip, bump.end].map(|k| outline[k]);
     let crest = crest(curved, bump);
@@ -60,11 +63,11 @@ pub fn fit(outline: &[DVec2], curved: &[f64], bump: &Bump) -> Ellipse {
         .distance(end)
         .max(outline[crest_end(curved, bump, count - 1)].distance(outline[crest_end(curved, bump, 1)]));
     let along = if begin.distance(end) > 0.5 * span { end - begin } else { (tip - end).perp() };
-    let problem = Problem { points, chord: span.max(1e-6), angle: along.to_angle() };
+    let problem = Problem { points, chord: span.max(1e-6), angle: along.to_angle(), aspect };
     let long = HALF_AXIS * problem.chord;
     // Outlines run anticlockwise: inward is on the left of the way from begin to end.
-    let centre = tip + DVec2::from_angle(problem.angle).perp() * (ASPECT * long);
-    let start = Parameters::new(centre.x, centre.y, problem.angle, long.ln(), (ASPECT * long).ln());
+    let centre = tip + DVec2::from_angle(problem.angle).perp() * (aspect * long);
+    let start = Parameters::new(centre.x, centre.y, problem.angle, long.ln(), (aspect * long).ln());
     let found = problem.solve(start);
     let (long, short) = (found[3].exp(), found[4].exp());
     let (long, short, angle) = if long >= short { (long, short, found[2]) } else { (short, long, found[2] + 0.5 * PI) };
@@ -88,14 +91,16 @@ fn crest(curved: &[f64], bump: &Bump) -> impl Iterator<Item = usize> + Clone {
 /// The last point of the crest in steps of 1, or of one less than a round: at least two from the tip.
 fn crest_end(curved: &[f64], bump: &Bump, step: usize) -> usize {
     let count = curved.len();
-    let bent = |low: usize| curved[low] + CREST * (curved[bump.tip] - curved[low]);
     let low = if step == 1 { bump.end } else { bump.begin };
     let most = match (low + count - bump.tip) % count {
         0 => count / 2,
         on if step == 1 => on,
         on => count - on,
     };
-    let run = (1..=most).take_while(|k| curved[(bump.tip + k * step) % count] >= bent(low)).count().max(2);
+    let most = most.min(count / WIDEST);
+    let least = (1..=most).map(|k| curved[(bump.tip + k * step) % count]).fold(curved[bump.tip], f64::min);
+    let bent = least + CREST * (curved[bump.tip] - least);
+    let run = (1..=most).take_while(|k| curved[(bump.tip + k * step) % count] >= bent).count().max(2);
     (bump.tip + run * step) % count
 }
 
@@ -104,6 +109,7 @@ struct Problem {
     points: Vec<(DVec2, f64)>,
     chord: f64,
     angle: f64,
+    aspect: f64,
 }
 
 impl Problem {
@@ -124,7 +130,7 @@ impl Problem {
             turn -= PI;
         }
         let priors = [
-            PRIOR * (x[4] - x[3] - ASPECT.ln()),
+            PRIOR * (x[4] - x[3] - self.aspect.ln()),
             PRIOR * PRIORS[0] * turn,
             PRIOR * PRIORS[1] * (x[3] - (HALF_AXIS * self.chord).ln()),
         ];
@@ -202,7 +208,7 @@ mod tests {
             let bumps = detect(&smoothed).expect("simple");
             let tip = |b: &&super::Bump| (smoothed[b.tip].to_angle() - 0.7).abs() < 0.2;
             let bump = bumps.iter().find(tip).expect("the muscle's bump");
-            let ellipse = fit(&raw, &outline::curvature(&smoothed), bump);
+            let ellipse = fit(&raw, &outline::curvature(&smoothed), bump, ASPECT);
             let off = ellipse.centre.distance(muscle);
             println!("muscle {away} {radius}: off {off:.4} {ellipse:?}");
             assert!(off < 0.005, "{off}");

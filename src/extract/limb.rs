@@ -2,7 +2,10 @@
 
 use super::{
     chain::{Belly, Section, Settings, bellies, link},
+    muscle::Found,
     section::{Cut, Plane, Surface, cut},
+    stretch,
+    window::Outline,
 };
 use crate::rig::{
     Character,
@@ -21,6 +24,13 @@ const LONGEST: f64 = 1.6;
 const RIDGE: f64 = 2.6;
 /// A belly whose peak is nearer to a joint than this, in lengths of the bone, is the joint's own shape.
 const JOINT_ZONE: f64 = 0.09;
+
+/// Where bumps are found by direct variation they stand out by this at least in the mean, perimeters.
+const LEAST_MEAN_VARIATION: f64 = 0.002;
+/// What runs into a joint and is bent more than this in the mean is the joint's: a kneecap.
+const JOINT_SHARPNESS: f64 = 1.5;
+/// A muscle's belly is at least this long, in lengths of the bone: those of limbs are a quarter to nine tenths.
+const LEAST_SHARE: f64 = 0.25;
 
 /// Which long bone it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,23 +107,22 @@ impl Region {
         (self.ends_rest[1] - self.ends_rest[0]).normalize()
     }
 
-    fn settings(&self) -> Settings {
+    /// Where around the bone a point is, degrees: 0 in front, 90 outside, 180 behind, -90 inside.
+    pub fn degrees(&self, roles: &Roles, p: DVec3) -> f64 {
+        let out = (p - self.ends_rest[0]).reject_from(self.direction());
+        let left = roles.axes.map_or(self.front.cross(self.direction()), |axes| axes.left.as_dvec3());
+        let outside = if self.side == Some(Side::Right) { -left } else { left };
+        out.dot(outside).atan2(out.dot(self.front)).to_degrees()
+    }
+
+    /// How its outlines are smoothed and its bumps linked.
+    pub fn settings(&self) -> Settings {
         match self.bone {
             Bone::UpperArm | Bone::Forearm => Settings::ARM,
-            Bone::Thigh | Bone::Shin => Settings::LEG,
+            Bone::Thigh => Settings::THIGH,
+            Bone::Shin => Settings::SHIN,
         }
     }
-}
-
-/// What the planes across a region found.
-#[derive(Clone, Debug, Default)]
-pub struct Found {
-    /// Sections whose outline goes round the bone.
-    pub sections: Vec<Section>,
-    /// Their bellies, muscles or not.
-    pub bellies: Vec<(Belly, Verdict)>,
-    /// Planes without such an outline: the skin is open there, or another part of the body is in the way.
-    pub rejected: usize,
 }
 
 /// What a belly is taken for.
@@ -125,6 +134,12 @@ pub enum Verdict {
     Ridge,
     /// A joint's own shape.
     Joint,
+    /// A swelling too short for a muscle of the bone: fat, a tendon, or a coarse mesh's facets.
+    Short,
+    /// A muscle because a person marked it.
+    Marked,
+    /// Bone by its place on the trunk: ribs, hips, clavicles, spine.
+    Bone,
 }
 
 /// Cuts the skin across a region, and finds the bellies in its outlines.
@@ -147,9 +162,15 @@ pub fn search(surface: &Surface, region: &Region) -> Found {
     let longest = lengths.get(lengths.len() / 2).map_or(0.0, |median| median * LONGEST);
     let limb = cuts.iter().filter(|(.., cut)| cut.length() <= longest);
     let sections: Vec<Section> =
-        limb.filter_map(|(k, plane, cut)| Section::new(*k, *plane, cut, &settings).ok()).collect();
+        limb.filter_map(|(k, plane, cut)| Section::new(*k, *plane, &Outline::whole(cut), &settings).ok()).collect();
     let chains = link(&sections, &settings);
-    let bellies = chains.iter().flat_map(|chain| bellies(&sections, chain));
+    let bellies = chains.iter().flat_map(|chain| match settings.variation {
+        Some(_) => {
+            let found = stretch::parted(&sections, chain, None);
+            found.into_iter().filter(|belly| belly.prominence > LEAST_MEAN_VARIATION).collect()
+        }
+        None => bellies(&sections, chain),
+    });
     let bellies: Vec<(Belly, Verdict)> = bellies
         .map(|belly| {
             let verdict = judge(&sections, &belly, region);
@@ -161,13 +182,24 @@ pub fn search(surface: &Surface, region: &Region) -> Found {
 
 /// What a belly is: the body's bones and joints stand out more than its muscles do.
 fn judge(sections: &[Section], belly: &Belly, region: &Region) -> Verdict {
-    let (_, out) = belly.reach(sections);
-    let chord = |k: usize| out[0] + (out[out.len() - 1] - out[0]) * k as f64 / (out.len() - 1) as f64;
-    let peak = (0..out.len()).max_by(|&a, &b| (out[a] - chord(a)).total_cmp(&(out[b] - chord(b)))).unwrap_or(0);
-    let share = FIRST + (1.0 - 2.0 * FIRST) * sections[belly.links[peak].section].number as f64 / (PLANES - 1) as f64;
-    if belly.sharpness > RIDGE {
+    let share =
+        |k: usize| FIRST + (1.0 - 2.0 * FIRST) * sections[belly.links[k].section].number as f64 / (PLANES - 1) as f64;
+    let last = belly.links.len() - 1;
+    let is_at_joint = match region.settings().variation {
+        // What stands out across has no peak along: at a joint it is the joint's where it is sharp.
+        Some(_) => share(0).min(1.0 - share(last)) < JOINT_ZONE && belly.sharpness > JOINT_SHARPNESS,
+        None => {
+            let (_, out) = belly.reach(sections);
+            let above = |k: usize| out[k] - (out[0] + (out[last] - out[0]) * k as f64 / last as f64);
+            let peak = (0..=last).max_by(|&a, &b| above(a).total_cmp(&above(b))).unwrap_or(0);
+            share(peak).min(1.0 - share(peak)) < JOINT_ZONE
+        }
+    };
+    if belly.length < LEAST_SHARE * region.length() {
+        Verdict::Short
+    } else if belly.sharpness > RIDGE {
         Verdict::Ridge
-    } else if share.min(1.0 - share) < JOINT_ZONE && belly.length < 0.5 * region.length() {
+    } else if is_at_joint && belly.length < 0.5 * region.length() {
         Verdict::Joint
     } else {
         Verdict::Muscle

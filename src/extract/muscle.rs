@@ -5,11 +5,12 @@
 
 use super::{
     chain::{Belly, Link, Section},
-    fit::{self, ProfileFit},
-    limb::{Bone, Found, PLANES, Region, Verdict, search},
-    section::Surface,
+    fit::{self, Primitive},
+    limb::{Bone, Region, Verdict},
+    name,
+    trunk::Sweep,
+    trunk_muscle::{self, outward},
 };
-use crate::error::ExtractError;
 use crate::field::muscle::profile::MAX_ECCENTRICITY;
 use crate::rig::{
     Attachment, Character, MuscleShape, MuscleSize, MuscleSpec, groups::Side, muscle::BodySide, roles::Roles,
@@ -25,10 +26,19 @@ const SURE_SECTIONS: f64 = 12.0;
 const UNSURE_STRAY: f64 = 0.03;
 /// How far an end goes past the joint that it crosses, in lengths of the bone.
 const PAST_JOINT: f64 = 0.04;
-/// Muscles less sure than this are left out.
-pub const LEAST_CONFIDENCE: f64 = 0.3;
+/// A crest's half, in spans of its bump.
+const CREST: f64 = 0.25;
+/// How far the skin may draw an end, in the ellipses' size: on its own bone, and where it crosses a joint.
+const PLAY: f64 = 1.5;
+const CROSSING_PLAY: f64 = 1.0;
+/// An end on its own bone is beside it by this share at least of how far the skin is.
+const BESIDE_BONE: f64 = 0.35;
+/// An end is no farther from the bone than this share of what the skin is.
+const UNDER_SKIN: f64 = 0.95;
 /// Two bellies side by side within this angle round the bone are one muscle, degrees.
 const SAME_PLACE: f64 = 25.0;
+/// Two muscles of different groups of planes are one where they are nearer to each other than this share of their half breadths.
+const SAME_BREADTH: f64 = 0.3;
 /// A belly whose middle is farther down the bone than this share of it crosses the joint below; others cross the one above.
 const NEARER_BELOW: f64 = 0.45;
 /// Where a muscle ends on the bone behind a joint, in lengths of that bone, and how much of its distance from it is left there.
@@ -39,14 +49,34 @@ const ROOM: f64 = 0.35;
 /// Full activation has this much more on either exponent: as in paper A's default the belly is fuller and shorter; it stays in its place.
 const ACTIVE_MORE: u32 = 1;
 
+/// Where a muscle was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Where {
+    /// Along a long bone.
+    Limb(Bone),
+    /// By a group of planes over the trunk.
+    Trunk(Sweep),
+}
+
+/// What the planes across a region found.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Sections whose outline is the region's.
+    pub sections: Vec<Section>,
+    /// Their bellies, muscles or not.
+    pub bellies: Vec<(Belly, Verdict)>,
+    /// Planes without such an outline: the skin is open there, or another part of the body is in the way.
+    pub rejected: usize,
+}
+
 /// A muscle that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extracted {
     /// As a muscle file holds it.
     pub spec: MuscleSpec,
-    /// Which bone it was found on.
-    pub bone: Bone,
-    /// Where around the bone it is, degrees: 0 in front, 90 outside, 180 behind, -90 inside.
+    /// Where it was found.
+    pub place: Where,
+    /// Where around the bone or the trunk it is, degrees: 0 in front, 90 outside, 180 behind, -90 inside.
     pub degrees: f64,
     /// The sections that it was found in.
     pub sections: usize,
@@ -54,84 +84,60 @@ pub struct Extracted {
     pub profile_rms: f64,
     /// How far its crests are from their ellipses, root mean square, metres.
     pub ellipse_rms: f64,
+    /// How far the skin's crest is from paper A's primitive, root mean square with the tips' weights, metres.
+    pub skin_rms: f64,
     /// How surely it is a muscle, 0..=1: by its prominence, its sections and how its tips keep to a line.
     pub confidence: f64,
     /// The root curve, metres in scene space at rest.
     pub roots_rest: Vec<DVec3>,
+    /// The tips on the skin, metres in scene space at rest.
+    pub tips_rest: Vec<DVec3>,
+    /// Half its breadth, metres.
+    pub half_width: f64,
+    /// How square the planes that found it are to its way, 0..=1.
+    pub across: f64,
 }
 
 impl Extracted {
+    /// Its width, metres.
+    pub fn width(&self) -> f32 {
+        match self.spec.size {
+            MuscleSize::Width(width) => width,
+            MuscleSize::Volume(_) => 0.0,
+        }
+    }
+
     /// Whether it is a piece of another one: beside it on the same side of the bone.
-    fn is_part_of(&self, other: &Extracted) -> bool {
+    pub(super) fn is_part_of(&self, other: &Extracted) -> bool {
         let apart = (self.degrees - other.degrees).rem_euclid(360.0);
         let way = other.roots_rest[other.roots_rest.len() - 1] - other.roots_rest[0];
         let share = |p: &DVec3| (*p - other.roots_rest[0]).dot(way) / way.length_squared();
         let within = self.roots_rest.iter().filter(|p| (0.0..=1.0).contains(&share(p))).count();
         apart.min(360.0 - apart) < SAME_PLACE && 2 * within > self.roots_rest.len()
     }
+
+    /// How much the group of planes that found it dominates: surer, longer and squarer to it (paper B).
+    pub(super) fn dominance(&self) -> f64 {
+        let length = self.tips_rest[0].distance(self.tips_rest[self.tips_rest.len() - 1]);
+        self.confidence * self.across * length
+    }
+
+    /// Whether most of its tips are within the breadth of another one.
+    pub(super) fn is_under(&self, other: &Extracted) -> bool {
+        let reach = SAME_BREADTH * (self.half_width + other.half_width);
+        let near = |p: &&DVec3| {
+            let ways = other.tips_rest.windows(2);
+            let away = ways.map(|w| trunk_muscle::near(**p, w[0], w[1])).fold(f64::MAX, f64::min);
+            away < reach
+        };
+        let way = other.tips_rest[other.tips_rest.len() - 1] - other.tips_rest[0];
+        let beside = |p: &&DVec3| (0.0..=1.0).contains(&((**p - other.tips_rest[0]).dot(way) / way.length_squared()));
+        2 * self.tips_rest.iter().filter(beside).filter(near).count() > self.tips_rest.len()
+    }
 }
 
-/// All that was found in a character.
-#[derive(Clone, Debug, Default)]
-pub struct Extraction {
-    /// Muscles, bone by bone, left before right.
-    pub muscles: Vec<Extracted>,
-    /// Per region what the planes found.
-    pub regions: Vec<(Region, Found)>,
-}
-
-/// Finds the muscles of a character's limbs under its skin.
-///
-/// # Errors
-/// No limbs, or no closed skin around any of their bones.
-pub fn extract(character: &Character, roles: &Roles) -> Result<Extraction, ExtractError> {
-    let surface = Surface::new(character);
-    let mut extraction = Extraction::default();
-    for region in Region::of(character, roles) {
-        let found = search(&surface, &region);
-        let bellies = found.bellies.iter().filter(|(_, verdict)| *verdict == Verdict::Muscle);
-        let made = bellies.filter_map(|(belly, _)| muscle(character, roles, &region, &found.sections, belly));
-        let mut made: Vec<Extracted> = made.filter(|m| m.confidence >= LEAST_CONFIDENCE).collect();
-        made.sort_by(|a, b| b.confidence.total_cmp(&a.confidence));
-        let mut kept: Vec<Extracted> = Vec::new();
-        for one in made {
-            if !kept.iter().any(|other| one.is_part_of(other)) {
-                kept.push(one);
-            }
-        }
-        kept.sort_by(|a, b| a.degrees.total_cmp(&b.degrees));
-        extraction.muscles.extend(kept);
-        extraction.regions.push((region, found));
-    }
-    let bones = extraction.regions.len();
-    if bones == 0 {
-        return Err(ExtractError::NoLimbs { character: character.name.clone() });
-    }
-    if extraction.regions.iter().all(|(_, found)| found.sections.is_empty()) {
-        let planes = bones * PLANES;
-        return Err(ExtractError::NoOutlines { character: character.name.clone(), planes, bones });
-    }
-    for k in 0..extraction.muscles.len() {
-        let name = extraction.muscles[k].spec.name.clone();
-        let same = extraction.muscles[..k].iter().filter(|m| stem(&m.spec.name) == stem(&name)).count();
-        if same > 0 {
-            let (stem, side) = stem(&name);
-            extraction.muscles[k].spec.name = format!("{stem}_{}{side}", same + 1);
-        }
-    }
-    Ok(extraction)
-}
-
-/// A name without its number, and its side.
-fn stem(name: &str) -> (String, &str) {
-    let (name, side) = match name.strip_suffix("_l").or(name.strip_suffix("_r")) {
-        Some(stem) => (stem, &name[stem.len()..]),
-        None => (name, ""),
-    };
-    (name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('_').into(), side)
-}
-
-fn muscle(
+/// The muscle of a belly along a limb's bone; `None` where no profile stands out.
+pub(super) fn muscle(
     character: &Character,
     roles: &Roles,
     region: &Region,
@@ -139,6 +145,7 @@ fn muscle(
     belly: &Belly,
 ) -> Option<Extracted> {
     let roots_rest = beside_bone(region, sections, belly);
+    let tips_rest: Vec<DVec3> = belly.links.iter().map(|l| sections[l.section].tip_rest(l.bump)).collect();
     let (first, way) = axis(&roots_rest);
     let along = |p: DVec3| (p - region.ends_rest[0]).dot(region.direction()) / region.length();
     let shares = [along(first), along(first + way)];
@@ -154,47 +161,63 @@ fn muscle(
     let ends = [first + way * from, first + way * to];
     let crossed = [crosses_above && along(ends[0]) < AT_JOINT, crosses_below && along(ends[1]) > 1.0 - AT_JOINT];
     let carried = [0, 1].map(|k| region.beside[k].filter(|_| crossed[k]).unwrap_or(region.joint));
-    let ends = [0, 1].map(|k| if crossed[k] { across_joint(region, k, ends[k]) } else { ends[k] });
+    let outward = outward(sections, belly);
+    let ends = [0, 1].map(|k| {
+        if crossed[k] { across_joint(region, k, ends[k]) } else { on_bone(region, outward, &tips_rest, k, ends[k]) }
+    });
     let (s, out) = belly.reach(sections);
     let s: Vec<f64> = s.iter().map(|s| (s - from) / (to - from)).collect();
     let fit = fit::profile(&s, &out)?;
-    let thickest = thickest(sections, belly);
-    let ratio = (thickest.1 / thickest.0).clamp(0.2, 1.0);
-    let eccentricity = ((1.0 - ratio * ratio).sqrt() as f32).min(MAX_ECCENTRICITY);
-    let attach = |k: usize| attachment(&character.joints[carried[k] as usize], ends[k], long_axis(sections, belly));
-    let degrees = degrees(roles, region, sections, belly);
-    let (side, suffix) = side(region);
+    let (long, short) = thickest(sections, belly);
+    let eccentricity = eccentricity(long, short);
+    let normal_rest = long_axis(sections, belly);
+    let degrees = region.degrees(roles, tips_rest[tips_rest.len() / 2]);
+    let (side, suffix) = side_of(region.side);
     let deepest = belly.links.iter().zip(&roots_rest).map(|(l, p)| sections[l.section].tip_rest(l.bump).distance(*p));
-    let width = (thickest.0 * thickest.1).sqrt().min(deepest.fold(0.0, f64::max));
-    let size = MuscleSize::Width(width as f32);
-    let name = format!("{}{suffix}", name(region.bone, degrees, middle));
+    let size = (long * short).sqrt().min(deepest.fold(0.0, f64::max));
+    let crest: Vec<(DVec3, f64)> =
+        belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump, CREST)).collect();
+    let mut primitive =
+        Primitive { ends_rest: ends, normal_rest, exponents: (fit.alpha, fit.beta), eccentricity, width: size };
+    let off_bone = |p: DVec3| (p - region.ends_rest[0]).reject_from(region.direction()).length();
+    let play = [0, 1].map(|k| {
+        let most = if crossed[k] { CROSSING_PLAY } else { PLAY } * size;
+        let room = UNDER_SKIN * off_bone(tips_rest[k * (tips_rest.len() - 1)]) - off_bone(ends[k]);
+        [most, room.clamp(0.0, most)]
+    });
+    primitive.fit(&crest, outward, [0.5 * size, 2.0 * size], play);
+    let (alpha, beta) = primitive.exponents;
+    let ends = primitive.ends_rest;
+    let attach = |k: usize| attachment(&character.joints[carried[k] as usize], ends[k], normal_rest);
+    let arm = roles.arms.iter().find(|arm| region.bone == Bone::Forearm && arm.lower == region.joint);
+    let flexor = arm.and_then(|arm| name::is_flexor(character, roles, arm, out_of_bone(sections, belly), middle));
+    let name = format!("{}{suffix}", name::of_limb(region.bone, degrees, middle, flexor));
     let bone = &character.joints[region.joint as usize].name;
-    let shape = |fit: &ProfileFit, more: u32| MuscleShape {
-        alpha: fit.alpha + more,
-        beta: fit.beta + more,
-        eccentricity,
-        width: 1.0,
-    };
     let spec = MuscleSpec {
         side,
-        rest: shape(&fit, 0),
-        active: shape(&fit, ACTIVE_MORE),
-        collision_group: format!("{}{suffix}", bone_name(region.bone)),
-        ..MuscleSpec::new(&name, bone, attach(0), attach(1), size)
+        rest: shape(alpha, beta, eccentricity, 0),
+        active: shape(alpha, beta, eccentricity, ACTIVE_MORE),
+        collision_group: collision_group(bone_name(region.bone), suffix),
+        ..MuscleSpec::new(&name, bone, attach(0), attach(1), MuscleSize::Width(primitive.width as f32))
     };
     let ellipses = belly.links.iter().map(|l| sections[l.section].ellipses[l.bump].rms.powi(2)).sum::<f64>();
     let sections_sure = (belly.links.len() as f64 / SURE_SECTIONS).min(1.0);
     let line_sure = 1.0 - 0.5 * (belly.stray / UNSURE_STRAY).min(1.0);
-    let confidence = belly.prominence.min(1.0) * sections_sure * line_sure;
+    let sure = region.settings().variation.map_or(1.0, |_| trunk_muscle::SURE_VARIATION);
+    let confidence = (belly.prominence / sure).min(1.0) * sections_sure * line_sure;
     Some(Extracted {
         spec,
-        bone: region.bone,
+        place: Where::Limb(region.bone),
         degrees,
         sections: belly.links.len(),
         profile_rms: fit.rms,
         ellipse_rms: (ellipses / belly.links.len() as f64).sqrt(),
+        skin_rms: primitive.off(&crest),
         confidence,
         roots_rest,
+        tips_rest,
+        half_width: long,
+        across: trunk_muscle::alignment(sections, &belly.links),
     })
 }
 
@@ -211,7 +234,7 @@ fn beside_bone(region: &Region, sections: &[Section], belly: &Belly) -> Vec<DVec
 }
 
 /// The line through a root curve: where it begins, and the way to where it ends.
-fn axis(roots: &[DVec3]) -> (DVec3, DVec3) {
+pub(super) fn axis(roots: &[DVec3]) -> (DVec3, DVec3) {
     let count = roots.len() as f64;
     let middle = roots.iter().sum::<DVec3>() / count;
     let place = |k: usize| k as f64 / (count - 1.0) - 0.5;
@@ -231,7 +254,7 @@ fn across_joint(region: &Region, k: usize, end: DVec3) -> DVec3 {
 }
 
 /// Half axes where the belly is thickest: medians of its thickest third.
-fn thickest(sections: &[Section], belly: &Belly) -> (f64, f64) {
+pub(super) fn thickest(sections: &[Section], belly: &Belly) -> (f64, f64) {
     let mut axes: Vec<(f64, f64)> = belly
         .links
         .iter()
@@ -242,6 +265,13 @@ fn thickest(sections: &[Section], belly: &Belly) -> (f64, f64) {
     axes[axes.len() / 6]
 }
 
+/// Where a muscle ends on its own bone: on the side that it is on, for the line of a root curve drawn on may pass through the bone.
+fn on_bone(region: &Region, outward: DVec3, tips: &[DVec3], k: usize, end: DVec3) -> DVec3 {
+    let out = |p: DVec3| (p - region.ends_rest[0]).reject_from(region.direction()).dot(outward);
+    let least = BESIDE_BONE * out(tips[k * (tips.len() - 1)]);
+    end + outward * (least - out(end)).max(0.0)
+}
+
 /// Direction of the ellipses' long axis in the belly's middle, scene space at rest.
 fn long_axis(sections: &[Section], belly: &Belly) -> DVec3 {
     let middle = belly.links[belly.links.len() / 2];
@@ -250,29 +280,42 @@ fn long_axis(sections: &[Section], belly: &Belly) -> DVec3 {
     section.plane.axes[0] * cos + section.plane.axes[1] * sin
 }
 
-fn attachment(joint: &crate::rig::Joint, place_rest: DVec3, normal_rest: DVec3) -> Attachment {
+pub(super) fn attachment(joint: &crate::rig::Joint, place_rest: DVec3, normal_rest: DVec3) -> Attachment {
     let to_local: Mat4 = joint.inverse_bind;
     let normal: Vec3 = to_local.transform_vector3(normal_rest.as_vec3()).normalize_or(Vec3::X);
     Attachment { bone: joint.name.clone(), offset: to_local.transform_point3(place_rest.as_vec3()), normal }
 }
 
-/// Where around its bone a belly is: 0 in front, 90 outside, 180 behind, -90 inside.
-fn degrees(roles: &Roles, region: &Region, sections: &[Section], belly: &Belly) -> f64 {
+/// From the bone to a belly's middle.
+fn out_of_bone(sections: &[Section], belly: &Belly) -> DVec3 {
     let middle = belly.links[belly.links.len() / 2];
     let section = &sections[middle.section];
-    let out = section.tip_rest(middle.bump) - section.plane.origin_rest;
-    let left = roles.axes.map_or(region.front.cross(region.direction()), |axes| axes.left.as_dvec3());
-    let outside = if region.side == Some(Side::Right) { -left } else { left };
-    out.dot(outside).atan2(out.dot(region.front)).to_degrees()
+    section.tip_rest(middle.bump) - section.plane.origin_rest
 }
 
-/// A region's side, and what names end with on it.
-fn side(region: &Region) -> (BodySide, &'static str) {
-    match region.side {
+/// A side, and what names end with on it.
+pub(super) fn side_of(side: Option<Side>) -> (BodySide, &'static str) {
+    match side {
         Some(Side::Left) => (BodySide::Left, "_l"),
         Some(Side::Right) => (BodySide::Right, "_r"),
         None => (BodySide::Centre, ""),
     }
+}
+
+/// Eccentricity of an ellipse of these half axes.
+pub(super) fn eccentricity(long: f64, short: f64) -> f32 {
+    let ratio = (short / long).clamp(0.2, 1.0);
+    ((1.0 - ratio * ratio).sqrt() as f32).min(MAX_ECCENTRICITY)
+}
+
+/// A shape whose exponents are higher by `more`.
+pub(super) fn shape(alpha: u32, beta: u32, eccentricity: f32, more: u32) -> MuscleShape {
+    MuscleShape { alpha: alpha + more, beta: beta + more, eccentricity, width: 1.0 }
+}
+
+/// What muscles of a part and a side collide in.
+pub(super) fn collision_group(part: &str, suffix: &str) -> String {
+    format!("{part}{suffix}")
 }
 
 fn bone_name(bone: Bone) -> &'static str {
@@ -281,31 +324,5 @@ fn bone_name(bone: Bone) -> &'static str {
         Bone::Forearm => "forearm",
         Bone::Thigh => "thigh",
         Bone::Shin => "shin",
-    }
-}
-
-/// What anatomy has at such a place: a proposal.
-fn name(bone: Bone, degrees: f64, middle: f64) -> &'static str {
-    let quarter = ((degrees + 45.0).rem_euclid(360.0) / 90.0) as u32;
-    match (bone, quarter) {
-        (Bone::UpperArm, 0) if middle < 0.65 => "biceps",
-        (Bone::UpperArm, 0) => "brachialis",
-        (Bone::UpperArm, 1) if middle < 0.4 => "deltoid",
-        (Bone::UpperArm, 1) => "triceps_lateral",
-        (Bone::UpperArm, 2) if degrees > 0.0 => "triceps_lateral",
-        (Bone::UpperArm, _) => "triceps_long",
-        (Bone::Forearm, 0) => "forearm_front",
-        (Bone::Forearm, 1) => "forearm_outside",
-        (Bone::Forearm, 2) => "forearm_back",
-        (Bone::Forearm, _) => "forearm_inside",
-        (Bone::Thigh, 0) => "quadriceps",
-        (Bone::Thigh, 1) => "vastus_lateralis",
-        (Bone::Thigh, 2) => "hamstrings",
-        (Bone::Thigh, _) => "adductors",
-        (Bone::Shin, 0) => "tibialis_anterior",
-        (Bone::Shin, 1) => "peroneus",
-        (Bone::Shin, 2) if middle < 0.4 => "gastrocnemius",
-        (Bone::Shin, 2) => "soleus",
-        (Bone::Shin, _) => "gastrocnemius_medial",
     }
 }

@@ -13,6 +13,8 @@ pub struct Surface {
     pub positions_rest: Vec<DVec3>,
     /// Corners of every triangle that has three.
     pub triangles: Vec<[u32; 3]>,
+    /// Per vertex one of the character's that is there; empty where no character is behind it.
+    pub sources: Vec<u32>,
 }
 
 impl Surface {
@@ -20,15 +22,16 @@ impl Surface {
     pub fn new(character: &Character) -> Surface {
         let mut places = HashMap::new();
         let mut surface = Surface::default();
-        let place = |p: &glam::Vec3| {
+        let place = |(v, p): (usize, &glam::Vec3)| {
             // Adding zero makes one of the two zeros.
             let key = (*p + glam::Vec3::ZERO).to_array().map(f32::to_bits);
             *places.entry(key).or_insert_with(|| {
                 surface.positions_rest.push(p.as_dvec3());
+                surface.sources.push(v as u32);
                 surface.positions_rest.len() as u32 - 1
             })
         };
-        let welded: Vec<u32> = character.positions_rest.iter().map(place).collect();
+        let welded: Vec<u32> = character.positions_rest.iter().enumerate().map(place).collect();
         let corners = character.triangles.iter().map(|t| t.map(|v| welded[v as usize]));
         surface.triangles = corners.filter(|[a, b, c]| a != b && b != c && c != a).collect();
         surface
@@ -201,7 +204,7 @@ mod tests {
             DVec3::new(0.0, 1.0, 0.0),
             DVec3::new(0.0, 0.0, 1.0),
         ];
-        Surface { positions_rest, triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] }
+        Surface { positions_rest, triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], sources: Vec::new() }
     }
 
     fn level(z: f64) -> Plane {

@@ -1,11 +1,14 @@
-//! Limbs made from known muscles: how many are found, and where.
+//! Limbs made from known muscles: how many are found, and where; and what is found under odd skins.
 
 use super::{
     chain::{Belly, Section, Settings, bellies, link},
     section::{Plane, Surface, cut},
+    window::Outline,
 };
+use crate::error::ExtractNote;
 use crate::field::muscle::profile::Profile;
-use glam::{DVec2, DVec3};
+use crate::rig::{Character, roles::Roles};
+use glam::{DVec2, DVec3, Mat4, Quat, Vec3};
 use std::f64::consts::TAU;
 
 /// A muscle along a limb of a made size: where it lies around the bone, radians, its axis' distance from the bone, its
@@ -84,7 +87,7 @@ fn sections(surface: &Surface) -> Vec<Section> {
         (0..33).map(|k| Plane::across(DVec3::Z * LENGTH * (0.01 + 0.98 * f64::from(k) / 32.0), DVec3::Z, DVec3::X));
     let section = |(k, plane): (usize, Plane)| {
         let cuts = cut(surface, &plane);
-        Section::new(k, plane, cuts.first().expect("a cut"), &Settings::ARM).expect("simple")
+        Section::new(k, plane, &Outline::whole(cuts.first().expect("a cut")), &Settings::ARM).expect("simple")
     };
     planes.enumerate().map(section).collect()
 }
@@ -151,4 +154,69 @@ fn muscles_are_counted_and_lie_where_they_are() {
     println!("farthest off: median {:.4} most {:.4}", ends[ends.len() / 2], ends[ends.len() - 1]);
     assert!(ends[ends.len() / 2] < 0.005 && peaks[peaks.len() / 2] < 0.03 && peaks[peaks.len() - 1] < 0.12);
     println!("peaks: median {:.3} most {:.3}", peaks[peaks.len() / 2], peaks[peaks.len() - 1]);
+}
+
+/// The athletic man of the data folder; `None`, said aloud, where `SINEW_DATA` is not set.
+fn athlete() -> Option<Character> {
+    let Some(data) = std::env::var_os("SINEW_DATA").map(std::path::PathBuf::from) else {
+        println!("SINEW_DATA is not set: odd skins are not tested");
+        return None;
+    };
+    Some(crate::io::gltf::read(&data.join("humans/mh_male_athletic.glb")).expect("a human").character)
+}
+
+fn names(character: &Character) -> (Vec<String>, Vec<ExtractNote>) {
+    let found = super::extract(character, &Roles::find(character), &[]).expect("muscles");
+    (found.muscles.into_iter().map(|m| m.spec.name).collect(), found.notes)
+}
+
+/// A vertex with the influences of another.
+fn add(character: &mut Character, at: Vec3, like: u32) -> u32 {
+    let own = character.influences_of(like as usize).to_vec();
+    character.positions_rest.push(at);
+    character.normals_rest.push(Vec3::Y);
+    character.uvs.push(Default::default());
+    character.influences.extend(own);
+    character.influence_offsets.push(character.influences.len() as u32);
+    character.vertex_count() as u32 - 1
+}
+
+#[test]
+fn odd_skins_have_their_muscles_and_a_note() {
+    let Some(whole) = athlete() else { return };
+    let (muscles, notes) = names(&whole);
+    // Eye sockets and the mouth are open.
+    assert!(muscles.len() > 40 && notes.iter().all(|n| matches!(n, ExtractNote::Open { .. })), "{notes:?}");
+    let mut inside_out = whole.clone();
+    inside_out.triangles.iter_mut().for_each(|t| t.reverse());
+    let (found, notes) = names(&inside_out);
+    assert!(found == muscles && notes.contains(&ExtractNote::InsideOut), "{notes:?}");
+    let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    let mut z_up = whole.clone();
+    z_up.positions_rest.iter_mut().for_each(|p| *p = turn * *p);
+    z_up.joints.iter_mut().for_each(|j| j.inverse_bind *= Mat4::from_quat(turn.inverse()));
+    let common = |found: &[String]| found.iter().filter(|name| muscles.contains(name)).count();
+    let (found, _) = names(&z_up);
+    assert!(common(&found) + 2 >= muscles.len(), "{found:?}");
+    // A hole in a thigh takes planes from it, and no muscle from elsewhere.
+    let mut open = whole.clone();
+    let knee = Roles::find(&whole).legs[0].places[1];
+    let near = |v: u32| whole.positions_rest[v as usize].distance(knee + Vec3::new(0.0, 0.2, 0.1)) < 0.05;
+    open.triangles.retain(|t| !t.iter().all(|&v| near(v)));
+    assert!(open.triangles.len() < whole.triangles.len());
+    let (found, notes) = names(&open);
+    let kept = muscles.iter().filter(|name| found.contains(name) || name.ends_with("_l")).count();
+    assert!(kept + 1 >= muscles.len() && notes.iter().any(|n| matches!(n, ExtractNote::Open { .. })), "{found:?}");
+    let mut odd = whole.clone();
+    let [a, b, _] = odd.triangles[0];
+    let (from, to) = (odd.positions_rest[a as usize], odd.positions_rest[b as usize]);
+    let fin = add(&mut odd, from + Vec3::splat(0.01), a);
+    let between = add(&mut odd, from.lerp(to, 0.5), a);
+    let far = [0.0, 0.1, 0.2].map(|x| add(&mut odd, Vec3::new(3.0 + x, x * x, 0.0), a));
+    odd.triangles.extend([[a, b, fin], [a, b, between], far]);
+    let (found, notes) = names(&odd);
+    assert!(common(&found) + 2 >= muscles.len(), "{found:?}");
+    assert!(notes.iter().any(|n| matches!(n, ExtractNote::Crowded { .. })), "{notes:?}");
+    assert!(notes.iter().any(|n| matches!(n, ExtractNote::Flat { .. })), "{notes:?}");
+    assert!(notes.iter().any(|n| matches!(n, ExtractNote::Shells { .. })), "{notes:?}");
 }
