@@ -35,3 +35,4 @@ mod track_place;
 mod track_slide;
 mod track_spread;
 mod track_turn;
+mod wrap_fixtures;

@@ -250,7 +250,7 @@ impl<'a> Reference<'a> {
                 trace.axes.resize(rig.point_count as usize, AxisPoint::default());
                 let half = half(rig.muscles.len() as u32, rig.point_count);
                 let iterates = motion.simulation.as_ref().map_or(&[][..], |s| &s.iterates[..half]);
-                let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates };
+                let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates, wraps: &rig.wraps };
                 wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
             KernelId::TrackCarry

@@ -6,6 +6,15 @@ fn math_transform_vector(m: mat4x4<f32>, v: vec3<f32>) -> vec3<f32> {
     return (m[0] * v.x + m[1] * v.y + m[2] * v.z).xyz;
 }
 
+// A product of maps with its sums in a stated order.
+fn math_product(a: mat4x4<f32>, b: mat4x4<f32>) -> mat4x4<f32> {
+    return mat4x4<f32>(math_times(a, b[0]), math_times(a, b[1]), math_times(a, b[2]), math_times(a, b[3]));
+}
+
+fn math_times(a: mat4x4<f32>, v: vec4<f32>) -> vec4<f32> {
+    return a[0] * v.x + a[1] * v.y + a[2] * v.z + a[3] * v.w;
+}
+
 // The transposed upper 3x3 times v: takes a gradient from the map's target space back to its source space.
 fn math_transpose_vector(m: mat4x4<f32>, v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(math_dot(m[0].xyz, v), math_dot(m[1].xyz, v), math_dot(m[2].xyz, v));

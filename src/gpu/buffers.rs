@@ -190,6 +190,7 @@ pub(super) fn prepare(
             ("particles", &b.particles),
             ("iterates", &b.iterates),
             ("clocks", &b.clocks),
+            ("wraps", &rig.wraps),
         ]
     };
     let project = |params| {
@@ -231,6 +232,7 @@ pub(super) fn prepare(
         ("shaped", &b.muscles),
         ("axes", &b.axes),
         ("iterates", &b.iterates),
+        ("wraps", &rig.wraps),
     ];
     let normals = |positions| {
         [

@@ -303,6 +303,9 @@ impl Batch {
 
     /// Which of its kernel's pipelines a step needs.
     fn variant(&self, step: &Step) -> usize {
+        if matches!(step.kernel, KernelId::MusclePredict | KernelId::MuscleShape) {
+            return crate::kernel::following(!self.rig().wraps.is_empty());
+        }
         let options = counts(&self.rig).dynamics(&self.options);
         let Some(options) = options.filter(|_| step.kernel == KernelId::MuscleProject) else { return 0 };
         let bodies = &self.rig.bodies_rest;

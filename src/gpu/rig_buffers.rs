@@ -13,6 +13,7 @@ pub struct RigBuffers {
     pub(super) influence_offsets: wgpu::Buffer,
     pub(super) influences: wgpu::Buffer,
     pub(super) muscles: wgpu::Buffer,
+    pub(super) wraps: wgpu::Buffer,
     pub(super) nodes: wgpu::Buffer,
     pub(super) targets: wgpu::Buffer,
     pub(super) reaches: wgpu::Buffer,
@@ -38,11 +39,12 @@ impl RigBuffers {
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
         let bodies_rest = Arc::new(Bodies::new(&rig));
-        let data: [(&'static str, &[u8]); 19] = [
+        let data: [(&'static str, &[u8]); 20] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
             ("muscles", bytemuck::cast_slice(&rig.muscles)),
+            ("wraps", bytemuck::cast_slice(&rig.wraps)),
             ("field grids", bytemuck::cast_slice(&rig.nodes)),
             ("vertex targets", bytemuck::cast_slice(&rig.targets.vertices)),
             ("reaches", bytemuck::cast_slice(&rig.targets.reaches)),
@@ -68,6 +70,7 @@ impl RigBuffers {
             influence_offsets,
             influences,
             muscles,
+            wraps,
             nodes,
             targets,
             reaches,
@@ -91,6 +94,7 @@ impl RigBuffers {
             influence_offsets,
             influences,
             muscles,
+            wraps,
             nodes,
             targets,
             reaches,

@@ -28,6 +28,14 @@ use crate::schedule::KernelId;
 /// Threads per workgroup of every kernel with a thread per item.
 pub const WORKGROUP: u32 = 64;
 
+/// Switch of kernels that follow paths: muscles lie round bones and joints.
+const WRAPS: &str = "WRAPS";
+
+/// The variant of such a kernel.
+pub(crate) fn following(wraps: bool) -> usize {
+    usize::from(!wraps)
+}
+
 /// How a kernel uses a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
