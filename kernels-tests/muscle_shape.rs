@@ -10,11 +10,12 @@ use sinew::{
     wrap::{self, MuscleParams, ShapeInput},
 };
 
-struct Muscles {
-    rest: Vec<MuscleRest>,
+/// Random muscles of several instances.
+pub struct Muscles {
+    pub rest: Vec<MuscleRest>,
     inputs: Vec<MuscleInput>,
-    joints: Vec<JointFrame>,
-    points: usize,
+    pub joints: Vec<JointFrame>,
+    pub points: usize,
     wraps: Vec<MuscleWrap>,
     /// First halves of the iterates of all instances, where axes come from them.
     iterates: Vec<Vec4>,
@@ -23,10 +24,11 @@ struct Muscles {
 /// Muscles and the points of their axes.
 type Shaped = (Vec<MuscleFrame>, Vec<AxisPoint>);
 
-const JOINTS: usize = 4;
+/// Joints of an instance.
+pub const JOINTS: usize = 4;
 
 impl Muscles {
-    fn random(count: usize, instances: usize, seed: u64) -> Muscles {
+    pub fn random(count: usize, instances: usize, seed: u64) -> Muscles {
         let mut random = Random(seed);
         let mut points = 0;
         let rest = (0..count)
@@ -101,7 +103,7 @@ impl Muscles {
         axis::half(self.rest.len() as u32, self.points as u32)
     }
 
-    fn cpu(&self, instance: usize) -> Shaped {
+    pub fn cpu(&self, instance: usize) -> Shaped {
         let mut shaped = vec![MuscleFrame::default(); self.rest.len()];
         let mut axes = vec![AxisPoint::default(); self.points];
         let input = ShapeInput {

@@ -13,24 +13,6 @@ struct Contact {
     sense: f32,
 }
 
-// The angle of a vector.
-fn circle_polar(x: f32, y: f32) -> f32 {
-    let across = abs(x);
-    let up = abs(y);
-    let length = sqrt(x * x + y * y);
-    if length < 1.17549435e-38 {
-        return 0.0;
-    }
-    var acute = 0.0;
-    if up <= across {
-        acute = math_arc_sine(up / length);
-    } else {
-        acute = 1.5707963 - math_arc_sine(across / length);
-    }
-    let half = select(acute, 3.1415927 - acute, x < 0.0);
-    return select(half, -half, y < 0.0);
-}
-
 fn circle_dot(a: vec2<f32>, b: vec2<f32>) -> f32 {
     return a.x * b.x + a.y * b.y;
 }
@@ -42,7 +24,7 @@ fn circle_perp(a: vec2<f32>) -> vec2<f32> {
 
 // The angle from one end to the other about the centre, of those that differ by whole turns the one nearest to `rest`.
 fn circle_swept(origin: vec2<f32>, insertion: vec2<f32>, rest: f32) -> f32 {
-    let turn = circle_polar(circle_dot(origin, insertion), origin.x * insertion.y - origin.y * insertion.x) - rest;
+    let turn = math_polar_angle(circle_dot(origin, insertion), origin.x * insertion.y - origin.y * insertion.x) - rest;
     return rest + (turn - 6.2831855 * floor(turn / 6.2831855 + 0.5));
 }
 
@@ -59,7 +41,7 @@ fn circle_around(origin: vec2<f32>, insertion: vec2<f32>, wanted: f32, rest: f32
     let sense = select(1.0, -1.0, swept < 0.0);
     let leg_1 = sqrt(max((far_1 - radius) * (far_1 + radius), 0.0));
     let leg_2 = sqrt(max((far_2 - radius) * (far_2 + radius), 0.0));
-    let angle = swept * sense - circle_polar(radius, leg_1) - circle_polar(radius, leg_2);
+    let angle = swept * sense - math_polar_angle(radius, leg_1) - math_polar_angle(radius, leg_2);
     if angle <= 0.0 {
         return contact;
     }

@@ -52,6 +52,24 @@ fn math_arc_sine(x: f32) -> f32 {
     return 1.5707963 - sqrt(1.0 - x) * series;
 }
 
+// The angle of a vector; 0 of no vector.
+fn math_polar_angle(x: f32, y: f32) -> f32 {
+    let across = abs(x);
+    let up = abs(y);
+    let length = sqrt(x * x + y * y);
+    if length < 1.17549435e-38 {
+        return 0.0;
+    }
+    var acute = 0.0;
+    if up <= across {
+        acute = math_arc_sine(up / length);
+    } else {
+        acute = 1.5707963 - math_arc_sine(across / length);
+    }
+    let half = select(acute, 3.1415927 - acute, x < 0.0);
+    return select(half, -half, y < 0.0);
+}
+
 // Sine and cosine of x in 0..=pi, from the series about a right angle.
 fn math_sine_cosine(x: f32) -> vec2<f32> {
     let y = x - 1.5707963;

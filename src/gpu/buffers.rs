@@ -20,6 +20,7 @@ use crate::{
     tracking::{Track, TrackJoint, TrackParams, Way},
     wrap::MuscleParams,
 };
+use glam::Mat4;
 use std::sync::Arc;
 
 /// A kernel with what it binds for one choice of source positions.
@@ -42,6 +43,7 @@ pub(super) struct Buffers {
     pub muscle_inputs: wgpu::Buffer,
     pub muscles: wgpu::Buffer,
     pub axes: wgpu::Buffer,
+    pub muscle_joints: wgpu::Buffer,
     pub skinned: wgpu::Buffer,
     pub tracked: wgpu::Buffer,
     pub tracks: wgpu::Buffer,
@@ -102,13 +104,14 @@ impl Buffers {
             ("tracked joints", times(SUB_POSES * carried, size_of::<TrackJoint>())),
             ("ways", times(1, size_of::<Way>())),
             ("fold offsets", times(counts.folds, 4)),
+            ("muscle joints", times(counts.points, size_of::<Mat4>())),
             ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count))),
         ];
         let limits = device.limits();
         for (name, bytes) in &sizes {
             fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
         }
-        output.check(sizes[19].1, &limits)?;
+        output.check(sizes[20].1, &limits)?;
         let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
         let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
         let buffers = Buffers {
@@ -117,6 +120,7 @@ impl Buffers {
             muscle_inputs: storage(sizes[2]),
             muscles: storage(sizes[3]),
             axes: storage(sizes[4]),
+            muscle_joints: storage(sizes[19]),
             skinned: storage(sizes[5]),
             tracked: storage(sizes[6]),
             tracks: storage(sizes[7]),
@@ -129,7 +133,7 @@ impl Buffers {
             output: match output {
                 Output::Caller { buffer, .. } => buffer,
                 Output::Owned => {
-                    buffer(device, sizes[19].0, sizes[19].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
+                    buffer(device, sizes[20].0, sizes[20].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
                 }
             },
             vertex_params: uniform("vertex params", size_of::<VertexParams>()),
@@ -224,6 +228,24 @@ pub(super) fn prepare(
         ("skinned", &b.skinned),
         ("displaced", &b.tracked),
     ];
+    let muscle_joint = [
+        ("params", &b.muscle_params),
+        ("muscles_rest", &rig.muscles),
+        ("joints_rest", &rig.joint_rests),
+        ("joints", &b.joints),
+        ("muscles", &b.muscles),
+        ("axes", &b.axes),
+        ("muscle_joints", &b.muscle_joints),
+    ];
+    let hybrid = [
+        ("params", &b.weighted_params),
+        ("joints", &b.joints),
+        ("muscle_joints", &b.muscle_joints),
+        ("positions_rest", &rig.positions_rest),
+        ("offsets", &rig.hybrid_offsets),
+        ("influences", &rig.hybrid_influences),
+        ("skinned", &b.skinned),
+    ];
     let shape = [
         ("params", &b.muscle_params),
         ("muscles_rest", &rig.muscles),
@@ -249,6 +271,8 @@ pub(super) fn prepare(
         make(KernelId::SkinDualQuaternion, None, &skin)?,
         make(KernelId::SkinWeighted, None, &weighted)?,
         make(KernelId::MuscleShape, None, &shape)?,
+        make(KernelId::MuscleJoint, None, &muscle_joint)?,
+        make(KernelId::SkinHybrid, None, &hybrid)?,
         make(KernelId::Normals, Some(Positions::Skinned), &normals(&b.skinned))?,
         make(KernelId::Normals, Some(Positions::Tracked), &normals(&b.tracked))?,
     ];

@@ -23,6 +23,9 @@ pub struct RigBuffers {
     pub(super) fold_triangles: wgpu::Buffer,
     pub(super) weight_targets: wgpu::Buffer,
     pub(super) weights: wgpu::Buffer,
+    pub(super) joint_rests: wgpu::Buffer,
+    pub(super) hybrid_offsets: wgpu::Buffer,
+    pub(super) hybrid_influences: wgpu::Buffer,
     pub(super) corners: wgpu::Buffer,
     pub(super) fans: wgpu::Buffer,
     pub(super) fan_members: wgpu::Buffer,
@@ -39,7 +42,7 @@ impl RigBuffers {
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
         let bodies_rest = Arc::new(Bodies::new(&rig));
-        let data: [(&'static str, &[u8]); 20] = [
+        let data: [(&'static str, &[u8]); 23] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
@@ -54,6 +57,9 @@ impl RigBuffers {
             ("triangles of folds", bytemuck::cast_slice(&rig.fold_triangles)),
             ("vertices of muscle weights", bytemuck::cast_slice(&rig.weights.vertices)),
             ("muscle weights", bytemuck::cast_slice(&rig.weights.weights)),
+            ("muscle joints at rest", bytemuck::cast_slice(&rig.muscle_joints.joints)),
+            ("offsets of bones and muscles", bytemuck::cast_slice(&rig.muscle_joints.offsets)),
+            ("influences of bones and muscles", bytemuck::cast_slice(&rig.muscle_joints.influences)),
             ("triangles", bytemuck::cast_slice(&rig.topology.corners)),
             ("fans", bytemuck::cast_slice(&rig.topology.fans)),
             ("fan members", bytemuck::cast_slice(&rig.topology.members)),
@@ -80,6 +86,9 @@ impl RigBuffers {
             fold_triangles,
             weight_targets,
             weights,
+            joint_rests,
+            hybrid_offsets,
+            hybrid_influences,
             corners,
             fans,
             fan_members,
@@ -104,6 +113,9 @@ impl RigBuffers {
             fold_triangles,
             weight_targets,
             weights,
+            joint_rests,
+            hybrid_offsets,
+            hybrid_influences,
             corners,
             fans,
             fan_members,

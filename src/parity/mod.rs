@@ -322,6 +322,7 @@ mod tests {
             muscles: Vec::new(),
             axes: Vec::new(),
             particles: Vec::new(),
+            muscle_joints: Vec::new(),
             tracked: line(100),
             tracks: stopped(1),
             normals: vec![Vec4::Y; 100],

@@ -1,8 +1,8 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleSpec, MuscleWeights, Pose,
-    Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
+    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleJoints, MuscleSpec,
+    MuscleWeights, Pose, Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
     groups::{FieldOptions, Fields, FitReport, FoldRest, GroupSpec, Swing, build_fields},
     muscle::{self, BoneSpec},
 };
@@ -90,6 +90,8 @@ pub struct Rig {
     pub targets: Targets,
     /// Which muscles take the skin with them where it has no field of its own.
     pub weights: MuscleWeights,
+    /// The muscles as joints of linear skinning.
+    pub muscle_joints: MuscleJoints,
     /// Triangles around every vertex.
     pub topology: Topology,
 }
@@ -169,6 +171,7 @@ impl Rig {
             graph: SkinGraph::new(&character),
             targets: Targets::default(),
             weights: MuscleWeights::default(),
+            muscle_joints: MuscleJoints::default(),
             character,
             groups,
             grids,
@@ -295,6 +298,7 @@ impl Rig {
     fn aim(&mut self) {
         self.targets = Targets::new(self);
         self.weights = MuscleWeights::new(self);
+        self.muscle_joints = MuscleJoints::new(self);
     }
 }
 
