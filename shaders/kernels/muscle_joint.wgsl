@@ -100,7 +100,9 @@ fn main(
     // From the bone's own motion towards the muscle's.
     let ratio = muscle.length / rest.origin_normal.w;
     let short_share = math_smoothstep((ratio - SHORT_NONE) / (SHORT_WHOLE - SHORT_NONE));
-    let hold = short_share * math_smoothstep((ratio - LONG_NONE) / (LONG_WHOLE - LONG_NONE));
+    let long_share = math_smoothstep((ratio - LONG_NONE) / (LONG_WHOLE - LONG_NONE));
+    let gone = math_dot(aside, aside) * (own.swell_long * own.swell_short);
+    let hold = short_share * long_share / sqrt(1.0 + gone);
     let x = vec3<f32>(1.0, 0.0, 0.0);
     let y = vec3<f32>(0.0, 1.0, 0.0);
     let z = vec3<f32>(0.0, 0.0, 1.0);

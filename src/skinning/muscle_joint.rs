@@ -39,8 +39,8 @@ pub struct MuscleJointInput<'a> {
 ///
 /// A muscle slides under the skin (paper B, "Bending Around a Joint"): its joints stay where its bone carries them along it. Across
 /// it they go with the axis, from where that passed at rest to where it passes now; they turn from its direction there at rest to
-/// the one it has now, and swell by what the muscle that is there now is thicker than what was there at rest. Where the muscle is much
-/// shorter or longer than any becomes, its bone alone moves them.
+/// the one it has now, and swell by what the muscle that is there now is thicker than what was there at rest. The more the muscle
+/// has left from under the skin, and where it is much shorter or longer than any becomes, the more its bone alone moves them.
 pub fn muscle_joints(input: &MuscleJointInput, out: &mut [Mat4]) {
     out.par_iter_mut().zip(input.joints_rest).for_each(|(out, rest)| *out = muscle_joint(input, rest));
 }
@@ -72,7 +72,9 @@ fn muscle_joint(input: &MuscleJointInput, at: &MuscleJoint) -> Mat4 {
     // From the bone's own motion towards the muscle's.
     let ratio = muscle.length / rest.origin_normal.w;
     let within = |[none, whole]: [f32; 2]| smoothstep((ratio - none) / (whole - none));
-    let hold = within(SHORT) * within(LONG);
+    // An axis that has gone aside by more than the muscle is thick is not under the skin any more.
+    let gone = aside.dot(aside) * (at.swell_long * at.swell_short);
+    let hold = within(SHORT) * within(LONG) / (1.0 + gone).sqrt();
     let held = |axis: Vec3, column: Vec3| axis + (column - axis) * hold;
     let (x, y, z, moved) = (held(Vec3::X, x), held(Vec3::Y, y), held(Vec3::Z, z), moved * hold);
     product(to_posed, &Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), moved.extend(1.0)))
