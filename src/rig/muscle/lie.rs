@@ -223,7 +223,7 @@ mod tests {
         assert!(flat.radius < wrap.radius - 1e-3, "{}", flat.radius);
         // No end is in it, however thick the muscle is.
         let thick = wrapped(joint(), 0.01, |spec| {
-            spec.rest.beta = 1;
+            (spec.rest.beta, spec.size) = (1, MuscleSize::Width(0.2));
             spec.insertion.offset = Vec3::new(0.0, 0.01, 0.03);
         });
         let away = Vec3::new(0.0, 0.01, 0.03).length();
