@@ -2,16 +2,18 @@
 //! as the skin.
 
 use crate::support::{JUNK, Random};
+use crate::wrap_fixtures::across;
 use glam::{Mat4, Quat, Vec3, Vec4, Vec4Swizzles};
 use sinew::{
     dynamics::{
-        BoneRest, DynamicsParams, Link, MovedJoint, MuscleBody, Particle, StepClock, Surroundings, joints, predict,
+        BoneRest, DynamicsParams, Link, MovedJoint, MuscleBody, Particle, StepClock, Surroundings, joints,
+        predict::{self, Predicted},
         project,
     },
     field::{
         GroupGrid,
         evaluate::GroupFrame,
-        muscle::{AxisPoint, MuscleInput, Profile, axis},
+        muscle::{AxisPoint, MuscleInput, Profile, axis, wrap::MuscleWrap},
     },
     math::polar,
     rig::JointFrame,
@@ -37,6 +39,7 @@ pub fn joint_frame(matrix: Mat4) -> JointFrame {
 pub struct Crowd {
     pub instances: usize,
     pub muscles: Vec<MuscleBody>,
+    pub wraps: Vec<MuscleWrap>,
     pub inputs: Vec<MuscleInput>,
     pub bones: Vec<BoneRest>,
     pub links: Vec<Link>,
@@ -58,6 +61,7 @@ impl Crowd {
         let mut crowd = Crowd {
             instances,
             muscles: Vec::new(),
+            wraps: Vec::new(),
             inputs: Vec::new(),
             bones: vec![
                 BoneRest {
@@ -105,6 +109,17 @@ impl Crowd {
         }
         crowd.iterates = vec![Vec4::from_array([f32::from_bits(JUNK); 4]); 2 * instances * crowd.half()];
         crowd
+    }
+
+    /// Two of three muscles lie round something that a joint carries.
+    pub fn wrapped(mut self, seed: u64) -> Crowd {
+        let mut random = Random(seed);
+        for (i, muscle) in self.muscles.iter_mut().enumerate().filter(|(i, _)| i % 3 > 0) {
+            let (origin, insertion) = (muscle.origin.xyz(), muscle.insertion.xyz());
+            self.wraps.extend(across(origin, insertion, i % JOINTS, muscle.segments, i % 2 == 0, &mut random));
+            muscle.wrap = self.wraps.len() as u32;
+        }
+        self
     }
 
     /// A muscle through the middle, so that all of them cross, with links to everything.
@@ -217,12 +232,16 @@ impl Crowd {
                 let points = muscle.segments as usize + 1;
                 let first = all.start + muscle.first_point as usize;
                 let run = 2 * instance * half + axis::run(index, muscle.first_point);
+                let predicted = Predicted {
+                    muscle,
+                    input: &self.inputs[instance * count + index],
+                    axis: &self.axes[first..][..points],
+                    wrap: muscle.wrap(&self.wraps),
+                };
                 predict::predict(
                     params,
-                    muscle,
-                    &self.inputs[instance * count + index],
+                    &predicted,
                     moved,
-                    &self.axes[first..][..points],
                     &mut self.particles[first..][..points],
                     &mut self.iterates[run..][..2 + 2 * points],
                 );

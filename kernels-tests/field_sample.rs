@@ -24,7 +24,7 @@ impl Posed {
         let inputs = FrameInputs::new(&rig, &bent(degrees)).expect("pose");
         let mut muscles = vec![Default::default(); rig.muscles.len()];
         let mut axes = vec![Default::default(); rig.point_count as usize];
-        let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[] };
+        let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[], wraps: &rig.wraps };
         wrap::shape(&rig.muscles, &input, &mut muscles, &mut axes);
         Posed { rig, inputs, muscles, axes }
     }

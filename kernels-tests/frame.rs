@@ -12,7 +12,8 @@ use sinew::{
 };
 use std::sync::Arc;
 
-const MODES: [Skinning; 4] = [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion, Skinning::Weighted];
+const MODES: [Skinning; 5] =
+    [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion, Skinning::Weighted, Skinning::Hybrid];
 
 fn instance(gpu: &Gpu, rig: &Arc<Rig>) -> Instance {
     let buffers = Arc::new(RigBuffers::upload(&gpu.device, Arc::clone(rig)).expect("buffers"));

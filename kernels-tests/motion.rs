@@ -7,7 +7,7 @@ use sinew::{
     gpu::{Batch, Output, RigBuffers},
     parity::{self, CpuResult, GpuResult, PARTICLES, StageReport, TOUCHING_DRIFT},
     reference::{Motion, Reference, Trace},
-    rig::{BuildOptions, MuscleSpec, Pose, Rig, muscle_file},
+    rig::{Around, BuildOptions, MuscleSpec, Pose, Rig, Wrap, muscle_file},
     schedule::{Contacts, DynamicsOptions, FrameOptions, Solver},
 };
 use std::path::Path;
@@ -94,6 +94,36 @@ fn a_swinging_limb_agrees_at_every_frame_rate() {
             }
             assert!(moved > 0.05, "{solver:?}, {fps} fps: the muscle moves at {moved} m/s");
         }
+    }
+}
+
+/// The muscle's own side is in front, and the elbow bends that way: it lies round the joint from behind.
+#[test]
+fn a_muscle_round_a_swinging_elbow_agrees() {
+    let Some(gpu) = gpu() else { return };
+    let around = Around::Joint("lowerarm".into());
+    let mut muscle = limb_muscle();
+    muscle.origin.offset.z = -0.022;
+    muscle.insertion.offset.z = -0.022;
+    muscle.wrap = Some(Wrap { around, radius: 0.015, side: None });
+    let rig = Arc::new(Rig::build(limb(40), std::slice::from_ref(&muscle), &BuildOptions::default()).expect("a limb"));
+    let straight =
+        Rig::build(limb(40), &[MuscleSpec { wrap: None, ..muscle }], &BuildOptions::default()).expect("a limb");
+    for options in [options(), FrameOptions::default()] {
+        let mut batch = batch(&gpu, &rig, 1, &options);
+        let mut motion = Motion::new(&rig, &options);
+        for frame in 0..12 {
+            let pose = swinging(frame as f32 / 30.0);
+            let result = played(&gpu, &mut batch, std::slice::from_ref(&pose)).remove(0);
+            let trace = Reference::new(&rig).next(&mut motion, &pose, &options).expect("a pose");
+            let failed: Vec<_> = stages(&rig, &result, &trace).into_iter().filter(|s| !s.pass).collect();
+            assert!(failed.is_empty(), "{:?}, frame {frame}: {failed:#?}", options.dynamics.is_some());
+        }
+        let pose = swinging(11.0 / 30.0);
+        let [round, through] =
+            [&*rig, &straight].map(|rig| Reference::new(rig).frame(&pose, &options).expect("a pose").muscles[0].length);
+        assert!(round > through * 1.01, "it lies round the elbow: {round} m, and {through} m straight");
+        assert!((rig.axis_ratios(&pose)[0] * rig.muscles[0].origin_normal.w / round - 1.0).abs() < 0.02);
     }
 }
 

@@ -59,7 +59,8 @@ impl March {
             }
             let (mut shaped, mut points) =
                 (vec![Default::default(); rig.muscles.len()], vec![Default::default(); rig.point_count as usize]);
-            let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[] };
+            let input =
+                ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[], wraps: &rig.wraps };
             wrap::shape(&rig.muscles, &input, &mut shaped, &mut points);
             muscles.extend(shaped);
             axes.extend(points);

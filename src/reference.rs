@@ -12,11 +12,11 @@ use crate::{
     normals::{self, Fans},
     rig::{FrameInputs, Pose, Rig},
     schedule::{self, Counts, FrameOptions, KernelId, Positions, Skinning, Step},
-    skinning::{self, SkinInput, WeightedInput},
+    skinning::{self, HybridInput, MuscleJointInput, SkinInput, WeightedInput},
     tracking::{Skin, SubPose, Track},
     wrap::{self, ShapeInput},
 };
-use glam::Vec4;
+use glam::{Mat4, Vec4};
 use std::sync::Arc;
 use track::UnderWay;
 
@@ -33,6 +33,8 @@ pub struct Trace {
     pub axes: Vec<AxisPoint>,
     /// Points of the muscles in motion; empty without dynamics.
     pub particles: Vec<Particle>,
+    /// Matrices of the muscles' joints; empty where the skin does not follow them.
+    pub muscle_joints: Vec<Mat4>,
     /// Tracked positions, or those displaced to muscles; empty without either.
     pub tracked: Vec<Vec4>,
     /// What the tracker keeps of every vertex; empty without it.
@@ -264,12 +266,34 @@ impl<'a> Reference<'a> {
                 };
                 skinning::weighted(&input, &mut trace.tracked);
             }
+            KernelId::MuscleJoint => {
+                trace.muscle_joints.resize(rig.point_count as usize, Mat4::IDENTITY);
+                let input = MuscleJointInput {
+                    joints: &inputs.joints,
+                    muscles_rest: &rig.muscles,
+                    joints_rest: &rig.muscle_joints.joints,
+                    muscles: &trace.muscles,
+                    axes: &trace.axes,
+                };
+                skinning::muscle_joints(&input, &mut trace.muscle_joints);
+            }
+            KernelId::SkinHybrid => {
+                trace.skinned.resize(vertices, Vec4::ZERO);
+                let input = HybridInput {
+                    joints: &inputs.joints,
+                    muscle_joints: &trace.muscle_joints,
+                    positions_rest: &rig.positions_rest,
+                    offsets: &rig.muscle_joints.offsets,
+                    influences: &rig.muscle_joints.influences,
+                };
+                skinning::hybrid(&input, &mut trace.skinned);
+            }
             KernelId::MuscleShape => {
                 trace.muscles.resize(rig.muscles.len(), MuscleFrame::default());
                 trace.axes.resize(rig.point_count as usize, AxisPoint::default());
                 let half = half(rig.muscles.len() as u32, rig.point_count);
                 let iterates = motion.simulation.as_ref().map_or(&[][..], |s| &s.iterates[..half]);
-                let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates };
+                let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates, wraps: &rig.wraps };
                 wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
             KernelId::TrackCarry

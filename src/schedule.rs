@@ -17,6 +17,8 @@ pub enum KernelId {
     SkinDualQuaternion,
     /// Skinned vertices to the muscles that they have weights of.
     SkinWeighted,
+    /// Linear blend skinning by bones and muscles.
+    SkinHybrid,
     /// Joints at the end of a substep.
     JointStep,
     /// Muscles before anything holds them.
@@ -25,6 +27,8 @@ pub enum KernelId {
     MuscleProject,
     /// Muscle ends, length and width.
     MuscleShape,
+    /// Muscles as joints.
+    MuscleJoint,
     /// Vertices to where a sub-pose's joints take them.
     TrackCarry,
     /// The frames through which vertices see the groups around them.
@@ -88,8 +92,9 @@ pub struct Step {
 impl Step {
     /// Whether it carries a motion on from frame to frame, rather than making this frame's output.
     pub fn is_of_motion(&self) -> bool {
-        use KernelId::{Normals, SkinDualQuaternion, SkinLinear, SkinWeighted, TrackSpread};
-        !matches!(self.kernel, Normals | SkinDualQuaternion | SkinLinear | SkinWeighted | TrackSpread)
+        use KernelId::{MuscleJoint, Normals, SkinDualQuaternion, SkinHybrid, SkinLinear, SkinWeighted, TrackSpread};
+        let skins = matches!(self.kernel, SkinDualQuaternion | SkinHybrid | SkinLinear | SkinWeighted);
+        !skins && !matches!(self.kernel, MuscleJoint | Normals | TrackSpread)
     }
 
     /// Whether it moves muscles.
@@ -157,11 +162,17 @@ pub fn frame(counts: &Counts, options: &FrameOptions, turns: u32, sub_poses: u32
             steps.push(step(KernelId::SkinWeighted, counts.vertices, skinned, Some(Positions::Tracked)));
             Positions::Tracked
         }
+        Skinning::Hybrid if counts.muscles > 0 => {
+            muscles(counts, options, turns, &mut steps);
+            steps.push(step(KernelId::MuscleJoint, counts.points, None, None));
+            steps.push(step(KernelId::SkinHybrid, counts.vertices, None, skinned));
+            Positions::Skinned
+        }
         Skinning::DualQuaternion => {
             steps.push(step(KernelId::SkinDualQuaternion, counts.vertices, None, skinned));
             Positions::Skinned
         }
-        Skinning::Implicit | Skinning::Linear | Skinning::Weighted => {
+        Skinning::Implicit | Skinning::Linear | Skinning::Weighted | Skinning::Hybrid => {
             steps.push(step(KernelId::SkinLinear, counts.vertices, None, skinned));
             Positions::Skinned
         }
@@ -257,6 +268,8 @@ mod tests {
         assert_eq!(kernels(10, 2, 3, Skinning::DualQuaternion), [SkinDualQuaternion, Normals]);
         assert_eq!(kernels(10, 2, 3, Skinning::Weighted), [MuscleShape, SkinLinear, SkinWeighted, Normals]);
         assert_eq!(kernels(10, 0, 3, Skinning::Weighted), [SkinLinear, Normals]);
+        assert_eq!(kernels(10, 2, 3, Skinning::Hybrid), [MuscleShape, MuscleJoint, SkinHybrid, Normals]);
+        assert_eq!(kernels(10, 0, 3, Skinning::Hybrid), [SkinLinear, Normals]);
         assert_eq!(kernels(0, 0, 3, Skinning::Linear), []);
     }
 
@@ -285,7 +298,8 @@ mod tests {
 
     #[test]
     fn every_step_reads_what_an_earlier_one_wrote() {
-        for skinning in [Skinning::Implicit, Skinning::Linear, Skinning::DualQuaternion, Skinning::Weighted] {
+        use Skinning::{DualQuaternion, Hybrid, Implicit, Linear, Weighted};
+        for skinning in [Implicit, Linear, DualQuaternion, Weighted, Hybrid] {
             let options = FrameOptions { skinning, ..FrameOptions::default() };
             // The skin is where the frame before left it.
             let mut written = vec![Positions::Skin];

@@ -1,14 +1,21 @@
 //! Geometric skinning: linear blending and dual quaternions, the march's starting point and baselines of their own; and
-//! linear blending that muscles displace by weights.
+//! linear blending that muscles displace by weights, or take part in as joints.
 //!
 //! A vertex may have any number of influences. Positions are `Vec4` with `w = 1` throughout.
 
+mod hybrid;
+mod muscle_joint;
 mod weighted;
 
+pub use hybrid::{HybridInput, hybrid};
+pub use muscle_joint::{MuscleJointInput, muscle_joints};
 pub use weighted::{WeightedInput, WeightedParams, weighted};
 
 #[cfg(feature = "gpu")]
-pub(crate) use weighted::{HELD, LEAST_SLOPE, LEFT, LONGEST, STEPS, TOLERANCE};
+pub(crate) use {
+    muscle_joint::{LEAST_TURN, LONG, SHORT, SWELLS},
+    weighted::{HELD, LEAST_SLOPE, LEFT, LONGEST, STEPS, TOLERANCE},
+};
 
 use crate::{
     math::transform_point,

@@ -72,7 +72,7 @@ fn an_unknown_figure_is_wrong_usage() {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
         text.contains("\"1\" is no figure")
-            && text.contains("7, 8, 9, 10, 11, 12, 13, 14, 15, A16, T3, IS-elbow, IS-knee, IS-finger"),
+            && text.contains("7, 8, 9, 10, 11, 12, 13, 14, 15, A16, T3, IS-elbow, IS-knee, IS-finger, B2, B3"),
         "{text}"
     );
     assert!(names(folder.path()).is_empty());
@@ -89,8 +89,9 @@ fn every_figure_is_drawn_and_says_what_was_measured() {
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let drawn = found["figures"].as_array().expect("figures");
     let numbers: Vec<_> = drawn.iter().filter_map(|f| f["figure"].as_str()).collect();
-    let expected =
-        ["2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12", "13", "14", "15", "A16", "T3", "IS-elbow"];
+    let expected = [
+        "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12", "13", "14", "15", "A16", "T3", "IS-elbow", "B2", "B3",
+    ];
     assert_eq!(numbers, expected);
     assert_eq!(names(&out).len(), numbers.len());
     for number in &numbers {
@@ -127,5 +128,10 @@ fn every_figure_is_drawn_and_says_what_was_measured() {
     assert!(least("ours") > least("linear"), "{} {}", least("ours"), least("linear"));
     let times = drawn.iter().find(|f| f["figure"] == "12").expect("times")["findings"].as_object().expect("findings");
     assert!(times.keys().any(|name| name.ends_with("30 particles: dynamics, jacobi")), "{times:?}");
+    // A muscle at 70 % of its length is as much thicker as its volume asks for.
+    let radius = |share: u32| value("B2", &format!("largest radius at {share} % of the length"));
+    assert!((radius(70) / radius(100) - 0.7f64.powf(-0.5)).abs() < 1e-3);
+    assert!(value("B2", "round a joint at 110°: length") > 1.2 * value("B2", "round a joint at 110°: straight"));
+    assert!(value("B3", "bent: hybrid from smooth skinning, most") > 4.0);
     assert!(value("T3", "Arm shake, compliance, red-black, with collisions: CPU") > 0.0);
 }

@@ -4,6 +4,7 @@ use super::bad_input::{arm, write};
 use super::{asset, names, printed, refusal, sinew};
 use serde_json::{Value, json};
 use std::fs;
+use std::path::Path;
 
 #[test]
 fn the_sample_fits_the_arm_and_is_summed_up() {
@@ -116,6 +117,53 @@ fn muscles_are_mirrored_and_copied_in_place() {
     assert!(line.contains("m.toml") && line.contains("nearest names: flexors"), "{line}");
     assert_eq!(fs::read_to_string(&path).expect("kept"), copied);
     assert_eq!(names(folder.path()), ["m.toml"]);
+}
+
+#[test]
+fn weights_go_into_the_character_and_come_back_as_they_were() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let painted = folder.path().join("painted.glb");
+    let run = |input: &Path, verb: &[&str], out: &Path| {
+        let mut command = sinew();
+        command.args(verb).arg(input).arg("--muscles").arg(asset("arm.muscles.toml"));
+        command.args(["--dynamics", "off"]).arg("-o").arg(out).output().expect("runs")
+    };
+    for skinning in ["hybrid", "weighted"] {
+        let weights = ["muscles", "weights", "--skinning", skinning, "--json"];
+        let done = printed(&run(&asset("arm.glb"), &weights, &painted));
+        let done: Value = serde_json::from_str(&done).expect("JSON");
+        assert_eq!(done["muscles"][0]["attribute"], "_MUSCLE_0");
+        assert!(done["muscles"][0]["vertices"].as_u64() > Some(50), "{done}");
+        let baked = |input: &Path, name: &str| {
+            let out = folder.path().join(name);
+            let bake = ["bake", "--skinning", skinning, "--device", "cpu", "--clip", "curl", "--frames", "20..22"];
+            printed(&run(input, &bake, &out));
+            fs::read(out).expect("a cache")
+        };
+        let (found, read) = (baked(&asset("arm.glb"), "a.pc2"), baked(&painted, "b.pc2"));
+        assert!(found == read, "{skinning}: weights as found, and as written and read");
+        // Painted for another muscle file.
+        let mut other = fs::read(&painted).expect("painted");
+        let at = other.windows(11).position(|bytes| bytes == b"\"_MUSCLE_0\"").expect("the attribute");
+        other[at + 9] = b'9';
+        fs::write(&painted, other).expect("written");
+        let mut refused = sinew();
+        refused.args(["bake", "--skinning", skinning, "--device", "cpu", "--frames", "0", "--dynamics", "off"]);
+        refused
+            .arg(&painted)
+            .arg("--muscles")
+            .arg(asset("arm.muscles.toml"))
+            .arg("-o")
+            .arg(folder.path().join("c.pc2"));
+        let line = refusal(&refused.output().expect("runs"), 3);
+        assert!(line.contains("`_MUSCLE_9`"), "{line}");
+        // Written anew, in place.
+        printed(&run(&asset("arm.glb"), &weights, &painted));
+        printed(&run(&painted, &weights, &painted));
+        assert!(baked(&painted, "b.pc2") == found, "{skinning}: written twice");
+    }
+    let none = run(&asset("arm.glb"), &["muscles", "weights", "--skinning", "linear"], &painted);
+    assert!(refusal(&none, 2).contains("weighted or hybrid"));
 }
 
 #[test]

@@ -50,10 +50,6 @@ fn between(before: JointFrame, now: JointFrame, share: f32) -> mat4x4<f32> {
     );
 }
 
-fn times(a: mat4x4<f32>, v: vec4<f32>) -> vec4<f32> {
-    return a[0] * v.x + a[1] * v.y + a[2] * v.z + a[3] * v.w;
-}
-
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -77,12 +73,7 @@ fn main(
     let change = mat4x4<f32>(matrix[0] - start[0], matrix[1] - start[1], matrix[2] - start[2], matrix[3] - start[3]);
     var out = MovedJoint();
     out.matrix = matrix;
-    out.carry = mat4x4<f32>(
-        times(change, back.matrix[0]),
-        times(change, back.matrix[1]),
-        times(change, back.matrix[2]),
-        times(change, back.matrix[3]),
-    );
+    out.carry = math_product(change, back.matrix);
     out.to_rest = inverse_affine(matrix).matrix;
     out.scale = math_cube_root(abs(back.volume));
     out.runs = select(0u, 1u, carries || clock.turn < clock.turns);

@@ -9,8 +9,10 @@
 @group(0) @binding(5) var<storage, read_write> particles: array<Particle>;
 @group(0) @binding(6) var<storage, read_write> iterates: array<vec4<f32>>;
 @group(0) @binding(7) var<storage, read_write> clocks: array<StepClock>;
+@group(0) @binding(8) var<storage, read> wraps: array<MuscleWrap>;
 
 override THREADS: u32;
+override WRAPS: bool;
 override PI: f32;
 override TAU: f32;
 override STRETCH: f32;
@@ -137,11 +139,30 @@ fn main(
     let longest = 1.0 / sqrt(short_squared);
     var lowest = vec3<f32>(3.4e38);
     var highest = vec3<f32>(-3.4e38);
+    let follows = WRAPS && body.wrap != 0u;
+    var courses = Courses();
+    if follows {
+        let before = array(particles[first].position.xyz, particles[first + last].position.xyz);
+        let wrap = wraps[body.wrap - 1u];
+        courses = courses_of(wrap, moved[joint + wrap.joint], before, array(origin, insertion));
+    }
+    var next = origin;
     for (var i = 0u; i <= last; i++) {
         var particle = particles[first + i];
         let share = f32(i) / f32(last);
         let x = particle.position.xyz;
-        let displaced = math_transform_point(from_carry, x) * (1.0 - share) + math_transform_point(to_carry, x) * share;
+        var displaced = math_transform_point(from_carry, x) * (1.0 - share) + math_transform_point(to_carry, x) * share;
+        var own_pull = pull;
+        if follows {
+            let start = courses_start(courses, i);
+            let end = next;
+            let by_ends = math_transform_point(from_carry, start) * (1.0 - share) + math_transform_point(to_carry, start) * share;
+            displaced += (end - start) - by_ends;
+            next = course_point(courses.now, min(i + 1u, last));
+            if params.pbd == 0u {
+                own_pull = courses_tension(next - end, particle.spring.w * scale, particle.traits.y / stiffness.x);
+            }
+        }
         let carried = x + displaced;
         var place = carried;
         if i == 0u {
@@ -169,7 +190,7 @@ fn main(
         lowest = min(lowest, place - reach);
         highest = max(highest, place + reach);
         if !carries {
-            particle.spring = vec4<f32>(select(pull, vec3<f32>(0.0), i == last), particle.spring.w);
+            particle.spring = vec4<f32>(select(own_pull, vec3<f32>(0.0), i == last), particle.spring.w);
             particle.pushes = vec4<f32>(0.0);
         }
         particles[first + i] = particle;

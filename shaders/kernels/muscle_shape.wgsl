@@ -1,5 +1,5 @@
-// Muscle ends from their joints, the axis between them or as the dynamics left it, and width at constant volume. One thread per muscle of every
-// instance.
+// Muscle ends from their joints, the axis between them, round what it lies round or as the dynamics left it, and width at constant
+// volume. One thread per muscle of every instance.
 
 @group(0) @binding(0) var<uniform> params: MuscleParams;
 @group(0) @binding(1) var<storage, read> muscles_rest: array<MuscleRest>;
@@ -8,11 +8,13 @@
 @group(0) @binding(4) var<storage, read_write> shaped: array<MuscleFrame>;
 @group(0) @binding(5) var<storage, read_write> axes: array<AxisPoint>;
 @group(0) @binding(6) var<storage, read> iterates: array<vec4<f32>>;
+@group(0) @binding(7) var<storage, read> wraps: array<MuscleWrap>;
 
 override MIN_LENGTH: f32;
 override LEAST_SUPPORT_RADII: f32;
 override ROUNDING: f32;
 override PI: f32;
+override WRAPS: bool;
 
 // Puts the points evenly on the straight line between the ends.
 fn straighten(first: u32, segments: u32, origin: vec3<f32>, insertion: vec3<f32>) {
@@ -31,6 +33,24 @@ fn smooth_axis(first: u32, segments: u32) {
             axes[first + i].position = (before + axes[first + i + 1u].position) * 0.25 + own * 0.5;
             before = own;
         }
+    }
+}
+
+// Puts the points on their path.
+fn put_on_course(first: u32, course: Course) {
+    for (var i = 0u; i <= course.segments; i++) {
+        axes[first + i].position = vec4<f32>(course_point(course, i), 0.0);
+    }
+}
+
+// Smooths how far the points are from their path.
+fn smooth_on_course(first: u32, course: Course) {
+    for (var i = 0u; i <= course.segments; i++) {
+        axes[first + i].position -= vec4<f32>(course_point(course, i), 0.0);
+    }
+    smooth_axis(first, course.segments);
+    for (var i = 0u; i <= course.segments; i++) {
+        axes[first + i].position += vec4<f32>(course_point(course, i), 0.0);
     }
 }
 
@@ -92,14 +112,30 @@ fn main(
         math_transform_vector(to_rest, math_transform_vector(insertion_matrix, rest.insertion_normal.xyz));
     let first = instance * params.point_count + rest.first_point;
     var own = inputs[index];
+    let follows = WRAPS && rest.wrap != 0u;
+    var course = Course();
+    if follows {
+        let wrap = wraps[rest.wrap - 1u];
+        let around = joints[instance * params.joint_count + wrap.joint].matrix;
+        let to_own = math_product(to_rest, math_product(around, wrap.to_rest));
+        course = course_of(wrap, to_own, origin, insertion, params.moving == 0u);
+    }
     if params.moving == 0u {
-        straighten(first, rest.segments, origin, insertion);
+        if follows {
+            put_on_course(first, course);
+        } else {
+            straighten(first, rest.segments, origin, insertion);
+        }
     } else {
         let moved = dynamics_run(instance, index - instance * params.muscle_count, rest.first_point, 0u) + 2u;
         for (var i = 0u; i <= rest.segments; i++) {
             axes[first + i].position = vec4<f32>(math_transform_point(to_rest, iterates[moved + 2u * i].xyz), 0.0);
         }
-        smooth_axis(first, rest.segments);
+        if follows {
+            smooth_on_course(first, course);
+        } else {
+            smooth_axis(first, rest.segments);
+        }
         own.shift = iterates[moved + 2u * rest.segments + 1u].w;
     }
     let length = axis_frame(first, rest.segments, origin_normal, insertion_normal);

@@ -6,6 +6,15 @@ fn math_transform_vector(m: mat4x4<f32>, v: vec3<f32>) -> vec3<f32> {
     return (m[0] * v.x + m[1] * v.y + m[2] * v.z).xyz;
 }
 
+// A product of maps with its sums in a stated order.
+fn math_product(a: mat4x4<f32>, b: mat4x4<f32>) -> mat4x4<f32> {
+    return mat4x4<f32>(math_times(a, b[0]), math_times(a, b[1]), math_times(a, b[2]), math_times(a, b[3]));
+}
+
+fn math_times(a: mat4x4<f32>, v: vec4<f32>) -> vec4<f32> {
+    return a[0] * v.x + a[1] * v.y + a[2] * v.z + a[3] * v.w;
+}
+
 // The transposed upper 3x3 times v: takes a gradient from the map's target space back to its source space.
 fn math_transpose_vector(m: mat4x4<f32>, v: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(math_dot(m[0].xyz, v), math_dot(m[1].xyz, v), math_dot(m[2].xyz, v));
@@ -41,6 +50,24 @@ fn math_arc_sine(x: f32) -> f32 {
                 + x * (-0.0501743
                     + x * (0.03089188 + x * (-0.017088126 + x * (0.00667009 + x * -0.0012624911))))));
     return 1.5707963 - sqrt(1.0 - x) * series;
+}
+
+// The angle of a vector; 0 of no vector.
+fn math_polar_angle(x: f32, y: f32) -> f32 {
+    let across = abs(x);
+    let up = abs(y);
+    let length = sqrt(x * x + y * y);
+    if length < 1.17549435e-38 {
+        return 0.0;
+    }
+    var acute = 0.0;
+    if up <= across {
+        acute = math_arc_sine(up / length);
+    } else {
+        acute = 1.5707963 - math_arc_sine(across / length);
+    }
+    let half = select(acute, 3.1415927 - acute, x < 0.0);
+    return select(half, -half, y < 0.0);
 }
 
 // Sine and cosine of x in 0..=pi, from the series about a right angle.

@@ -6,7 +6,7 @@ mod skin;
 mod values;
 
 pub use dynamics::Dynamics;
-pub use muscles::{Muscles, MusclesCopy, MusclesMirror, MusclesPlot, MusclesVerb};
+pub use muscles::{Muscles, MusclesCopy, MusclesMirror, MusclesPlot, MusclesVerb, MusclesWeights};
 pub use skin::Skin;
 pub use values::{Device, FrameRange, Size};
 

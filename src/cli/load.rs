@@ -48,7 +48,7 @@ pub fn input(input: &Input) -> Result<(Scene, MuscleFile), Failure> {
 
 /// What the command line asks of every frame; muscles move where there are some and `fields` for them to act in.
 pub fn options(skin: Skin, dynamics: &Dynamics, muscles: &MuscleFile, fields: bool) -> Result<FrameOptions, Failure> {
-    if Skinning::from(skin.skinning) == Skinning::Weighted && muscles.muscles.is_empty() {
+    if by_weights(skin.skinning.into()) && muscles.muscles.is_empty() {
         return Err(Failure::input(WeightError::NoMuscles));
     }
     let dynamics = dynamics.options()?.filter(|_| fields && !muscles.muscles.is_empty());
@@ -81,11 +81,16 @@ pub fn rig_for(
     fields: bool,
 ) -> Result<Rig, Failure> {
     let rig = rig(input, scene, muscles, fields, options.dynamics.as_ref())?;
-    if options.skinning == Skinning::Weighted {
+    if by_weights(options.skinning) {
         let named = |error| Failure::Input(format!("{}: {error}", input.file.display()));
         rig.check_weights().map_err(named)?;
     }
     Ok(rig)
+}
+
+/// Whether muscles move the skin by weights, so that there must be some.
+fn by_weights(skinning: Skinning) -> bool {
+    matches!(skinning, Skinning::Weighted | Skinning::Hybrid)
 }
 
 fn built(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Result<Rig, Failure> {
@@ -105,7 +110,7 @@ fn built(input: &Input, scene: &Scene, muscles: &MuscleFile, fields: bool) -> Re
 /// Notes muscles that nothing will come of, because the rig has no `fields` for them to act on.
 pub fn note_idle_muscles(scene: &mut Scene, muscles: &MuscleFile, fields: bool) {
     if !fields && !muscles.muscles.is_empty() {
-        scene.notes.push("--muscles moves no skin without --skinning implicit or weighted".into());
+        scene.notes.push("--muscles moves no skin without --skinning implicit, weighted or hybrid".into());
     }
 }
 
@@ -113,7 +118,7 @@ pub fn note_idle_muscles(scene: &mut Scene, muscles: &MuscleFile, fields: bool) 
 pub fn active(rig: &Rig, skinning: Skinning) -> Option<usize> {
     match skinning {
         Skinning::Implicit => Some(rig.active_count()),
-        Skinning::Weighted => Some(rig.weights.followers()),
+        Skinning::Weighted | Skinning::Hybrid => Some(rig.weights.followers()),
         Skinning::Linear | Skinning::DualQuaternion => None,
     }
 }

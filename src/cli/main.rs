@@ -22,6 +22,7 @@ mod interrupt;
 mod load;
 mod muscle_meshes;
 mod muscle_plots;
+mod muscle_weights;
 mod muscles;
 mod parity;
 mod playback;

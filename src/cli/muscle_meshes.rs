@@ -42,7 +42,9 @@ impl Sink {
     pub fn check(output: &Path, muscles: usize, skinning: Skinning) -> Result<Sequence, Failure> {
         let refuse = |why: &str| Err(Failure::Input(format!("--muscle-meshes {}: {why}", output.display())));
         if !skinning.follows_muscles() {
-            return refuse("only --skinning implicit and weighted give muscles a shape; leave out one of the two");
+            return refuse(
+                "only --skinning implicit, weighted and hybrid give muscles a shape; leave out one of the two",
+            );
         }
         if muscles == 0 {
             return refuse("there are no muscles to write; give --muscles a file that has some");

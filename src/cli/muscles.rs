@@ -3,6 +3,7 @@
 use crate::args::{Muscles, MusclesCopy, MusclesMirror, MusclesVerb};
 use crate::failure::Failure;
 use crate::muscle_plots;
+use crate::muscle_weights;
 use crate::print;
 use serde::Serialize;
 use sinew::io::atomic::WholeFile;
@@ -25,6 +26,7 @@ pub fn run(args: &Muscles) -> Result<(), Failure> {
         MusclesVerb::Mirror(args) => mirror(args),
         MusclesVerb::Copy(args) => copy(args),
         MusclesVerb::Plot(args) => muscle_plots::run(args),
+        MusclesVerb::Weights(args) => muscle_weights::run(args),
     }
 }
 

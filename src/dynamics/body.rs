@@ -4,9 +4,12 @@ use super::{Particle, contact::nearest_on_segment, kinds, predict::compliance};
 use crate::{
     field::{
         GroupGrid, grid,
-        muscle::{AxisPoint, MuscleRest, Profile},
+        muscle::{
+            AxisPoint, MuscleRest, Profile,
+            wrap::{Course, MuscleWrap, REST_SHARE, Spacing, TENDON_STIFFNESS},
+        },
     },
-    math::transform_point,
+    math::{product, transform_point},
     rig::{BoneCollider, ColliderShape, JointFrame, MuscleSpec, Rig, SettledPoint, groups::BodyPart},
 };
 use glam::{Vec3, Vec4, Vec4Swizzles};
@@ -15,12 +18,8 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 pub const NO_INDEX: u32 = u32::MAX;
 /// Density of muscle, kg/m^3 (paper A, section 6.2).
 const DENSITY: f32 = 1060.0;
-/// Rest length of a segment as a share of its length at rest (paper A, section 6.2), to put the axis under tension.
-const REST_SHARE: f32 = 0.02;
 /// Least mass of a particle, in that of the thickest one: lighter ones make the tendons ill balanced (prototypes 1).
 const MASS_FLOOR: f32 = 0.3;
-/// How many times stiffer than the muscle its tendons are (prototypes 1).
-const TENDON_STIFFNESS: f32 = 10.0;
 /// Most bones and groups that one muscle can touch.
 const MOST_LINKS: usize = 8;
 /// Swings per substep at which a muscle's looseness is taken: 12 Hz at 240 substeps a second.
@@ -59,12 +58,12 @@ crate::gpu_struct! {
         pub looseness: f32,
         /// How much of the bones' acceleration along the axis shifts the profile, 0..=1.
         pub jiggle: f32,
+        /// What it lies round among the character's wraps, counted from 1; 0 where it runs straight.
+        pub wrap: u32,
         /// Unused.
         pub pad_0: u32,
         /// Unused.
         pub pad_1: u32,
-        /// Unused.
-        pub pad_2: u32,
     }
 }
 
@@ -107,6 +106,8 @@ crate::gpu_struct! {
 pub struct Bodies {
     /// One per muscle.
     pub muscles: Vec<MuscleBody>,
+    /// What muscles lie round.
+    pub wraps: Vec<MuscleWrap>,
     /// Bones that muscles collide with.
     pub bones: Vec<BoneRest>,
     /// Who can touch whom, muscle by muscle: bones, muscles, field groups.
@@ -120,8 +121,8 @@ pub struct Bodies {
 impl Bodies {
     /// The bodies of a rig's muscles, on their axes in the rest pose, or where they have settled.
     pub fn new(rig: &Rig) -> Bodies {
-        let mut bodies =
-            Bodies { bones: rig.bones.iter().map(|bone| bone_rest(rig, bone)).collect(), ..Bodies::default() };
+        let bones = rig.bones.iter().map(|bone| bone_rest(rig, bone)).collect();
+        let mut bodies = Bodies { bones, wraps: rig.wraps.clone(), ..Bodies::default() };
         let (_, axes) = rig.muscles_at_rest();
         for (index, rest) in rig.muscles.iter().enumerate() {
             let spec = &rig.specs[rig.spec_of[index] as usize];
@@ -151,21 +152,38 @@ impl Bodies {
         bodies
     }
 
-    /// Particles at rest, carried into a pose by the joints at their ends.
+    /// Particles at rest, carried into a pose by the joints at their ends, and round what their muscles lie round.
     pub fn particles(&self, joints: &[JointFrame]) -> Vec<Particle> {
         let mut particles = self.particles_rest.clone();
         for muscle in &self.muscles {
             let own = &mut particles[muscle.first_point as usize..][..=muscle.segments as usize];
             let from = &joints[muscle.origin_joint as usize].matrix;
             let to = &joints[muscle.insertion_joint as usize].matrix;
+            let courses = muscle.wrap(&self.wraps).map(|wrap| {
+                let around = product(&joints[wrap.joint as usize].matrix, &wrap.to_rest);
+                let (origin, insertion) = (muscle.origin.xyz(), muscle.insertion.xyz());
+                let posed = (transform_point(from, origin), transform_point(to, insertion));
+                let at_rest = Course::new(wrap, &wrap.to_rest, origin, insertion, Spacing::Tension);
+                (at_rest, Course::new(wrap, &around, posed.0, posed.1, Spacing::Tension))
+            });
             for (i, particle) in own.iter_mut().enumerate() {
                 let share = i as f32 / muscle.segments as f32;
-                let rest = particle.position.xyz();
-                let posed = transform_point(from, rest) * (1.0 - share) + transform_point(to, rest) * share;
+                let carried = |p: Vec3| transform_point(from, p) * (1.0 - share) + transform_point(to, p) * share;
+                let mut posed = carried(particle.position.xyz());
+                if let Some((at_rest, now)) = &courses {
+                    posed += now.point(i as u32) - carried(at_rest.point(i as u32));
+                }
                 particle.position = posed.extend(0.0);
             }
         }
         particles
+    }
+}
+
+impl MuscleBody {
+    /// What it lies round, of a character's wraps.
+    pub fn wrap<'a>(&self, wraps: &'a [MuscleWrap]) -> Option<&'a MuscleWrap> {
+        wraps.get((self.wrap as usize).checked_sub(1)?)
     }
 }
 
@@ -182,6 +200,7 @@ pub(super) fn muscle_body(rest: &MuscleRest, spec: &MuscleSpec, particles: &[Par
         collides: kinds(spec.collides.bones, spec.collides.muscles, spec.collides.skin),
         frequency: spec.frequency.unwrap_or(0.0),
         jiggle: spec.jiggle,
+        wrap: rest.wrap,
         looseness: looseness(mass, particles),
         ..MuscleBody::default()
     }

@@ -26,6 +26,7 @@ pub mod body;
 mod chain;
 pub mod clock;
 mod contact;
+mod course;
 pub(crate) mod jiggle;
 pub mod joints;
 mod measure;

@@ -1,8 +1,8 @@
 //! Where a muscle's particles would be at the end of a substep if nothing held them. Twin of the kernel `muscle_predict`.
 
-use super::{DynamicsParams, MovedJoint, MuscleBody, Particle, jiggle};
+use super::{DynamicsParams, MovedJoint, MuscleBody, Particle, course::Courses, jiggle};
 use crate::{
-    field::muscle::{AxisPoint, MuscleInput, Profile, profile},
+    field::muscle::{AxisPoint, MuscleInput, Profile, profile, wrap::MuscleWrap},
     math::{transform_point, transform_vector},
 };
 use glam::{Vec3, Vec4, Vec4Swizzles};
@@ -47,10 +47,29 @@ pub(super) fn compliance(mass: f32, segments: f32, cycles: f32) -> f32 {
     STRETCH / (4.0 * mass * quick * quick * segments)
 }
 
+/// One muscle as [`predict`] reads it.
+#[derive(Clone, Copy)]
+pub struct Predicted<'a> {
+    /// Its body.
+    pub muscle: &'a MuscleBody,
+    /// Its parameters in the frame.
+    pub input: &'a MuscleInput,
+    /// Its axis as last shaped, or at rest.
+    pub axis: &'a [AxisPoint],
+    /// What it lies round.
+    pub wrap: Option<&'a MuscleWrap>,
+}
+
 /// Predicts one muscle's particles, renews their radii, and writes its run of the iterates: see
 /// [`axis::half`](crate::field::muscle::axis::half).
 ///
-/// `moved` are the instance's joints; `axis` the muscle's as last shaped, or at rest, `own` and `iterates` the muscle's.
+/// `moved` are the instance's joints, `own` and `iterates` the muscle's.
+///
+/// A muscle that lies round something is carried along its path, and its springs start with the tensions that they have on it.
+/// Where these have a resultant they do so to the end: it is what the obstacle holds against, so that the axis is at rest on the
+/// path, and swings about it as a straight one does about its chord. In `pbd` mode, whose springs keep no tension, nothing holds
+/// it there.
+///
 /// No particle moves on by more than `MOST_WAY` of the muscle's width: it would leap over a bone. In `pbd` mode, whose
 /// steps are four times as long, it moves as far as in the paper.
 ///
@@ -58,13 +77,12 @@ pub(super) fn compliance(mass: f32, segments: f32, cycles: f32) -> f32 {
 /// jiggle along the axis.
 pub fn predict(
     params: &DynamicsParams,
-    muscle: &MuscleBody,
-    input: &MuscleInput,
+    predicted: &Predicted,
     moved: &[MovedJoint],
-    axis: &[AxisPoint],
     own: &mut [Particle],
     iterates: &mut [Vec4],
 ) {
+    let Predicted { muscle, input, axis, wrap } = *predicted;
     let (from, to) = (&moved[muscle.origin_joint as usize], &moved[muscle.insertion_joint as usize]);
     if from.runs == 0 {
         return;
@@ -96,10 +114,25 @@ pub fn predict(
     // nothing where it ends: a neighbour that appears and goes at a depth moves to and fro for ever.
     let longest = 1.0 / short_squared.sqrt();
     let (mut lowest, mut highest) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let courses = wrap.map(|wrap| {
+        let before = [own[0].position.xyz(), own[last].position.xyz()];
+        Courses::new(wrap, &moved[wrap.joint as usize], before, [origin, insertion])
+    });
+    let mut next = origin;
     for i in 0..=last {
         let share = i as f32 / last as f32;
         let x = own[i].position.xyz();
-        let displaced = transform_point(&from.carry, x) * (1.0 - share) + transform_point(&to.carry, x) * share;
+        let displacement =
+            |p: Vec3| transform_point(&from.carry, p) * (1.0 - share) + transform_point(&to.carry, p) * share;
+        let (mut displaced, mut pull) = (displacement(x), pull);
+        if let Some(courses) = &courses {
+            let (start, end) = (courses.start(i as u32), next);
+            displaced += (end - start) - displacement(start);
+            next = courses.end((i + 1).min(last) as u32);
+            if params.pbd == 0 {
+                pull = tension(next - end, own[i].spring.w * scale, own[i].traits.y / compliance);
+            }
+        }
         let carried = x + displaced;
         let place = if i == 0 {
             origin
@@ -131,6 +164,12 @@ pub fn predict(
     iterates[3 + 2 * last].w = shift;
     iterates[0] = lowest.extend(compliance);
     iterates[1] = highest.extend(radius_squared);
+}
+
+/// Multiplier with which a spring of rest length `rest` and `stiffness`, kg, is in balance over `span`.
+fn tension(span: Vec3, rest: f32, stiffness: f32) -> Vec3 {
+    let length = span.length().max(1e-9);
+    span * ((rest - length).min(0.0) * stiffness / length)
 }
 
 /// Compliance over the substep squared, 1/kg, and the square of the spectral radius of Jacobi's sweeps; in `pbd` mode the

@@ -1,7 +1,12 @@
 //! The dynamics of one instance on the CPU.
 
 use super::{
-    Bodies, Clock, DynamicsParams, MovedJoint, Particle, clock::Turn, contact::Surroundings, joints, predict, project,
+    Bodies, Clock, DynamicsParams, MovedJoint, Particle,
+    clock::Turn,
+    contact::Surroundings,
+    joints,
+    predict::{self, Predicted},
+    project,
 };
 use crate::{
     field::{
@@ -10,6 +15,7 @@ use crate::{
             AxisPoint,
             axis::{half, run},
             smooth,
+            wrap::{Course, Spacing},
         },
     },
     rig::{FrameInputs, JointFrame, Rig, SettledPoint},
@@ -105,10 +111,13 @@ impl Simulation {
     /// Predicts all muscles, and counts the substep.
     pub fn predict(&mut self, params: &DynamicsParams, inputs: &FrameInputs) {
         let (first, _) = self.iterates.split_at_mut(params.half());
-        let (moved, axes, muscles) = (&self.moved, &self.axes, &self.bodies.muscles);
+        let (moved, axes, muscles, wraps) = (&self.moved, &self.axes, &self.bodies.muscles, &self.bodies.wraps);
         runs(&self.bodies, &mut self.particles, first).for_each(|(index, own, out)| {
-            let axis = &axes[muscles[index].first_point as usize..][..own.len()];
-            predict::predict(params, &muscles[index], &inputs.muscles[index], moved, axis, own, out);
+            let muscle = &muscles[index];
+            let axis = &axes[muscle.first_point as usize..][..own.len()];
+            let wrap = muscle.wrap(wraps);
+            let predicted = Predicted { muscle, input: &inputs.muscles[index], axis, wrap };
+            predict::predict(params, &predicted, moved, own, out);
         });
         self.turn.clock.turn = (self.turn.clock.turn + 1).min(self.turn.clock.turns);
     }
@@ -130,12 +139,19 @@ impl Simulation {
             .for_each(|(index, own, out)| project::project(params, index, &around, own, out));
     }
 
-    /// Positions of all axes' points, smoothed, posed scene space, metres.
+    /// Positions of all axes' points in the rest pose, smoothed, metres in scene space.
     fn smoothed(&self) -> Vec<Vec3> {
         let point = |p: &Particle| AxisPoint { position: p.position.xyz().extend(0.0), ..AxisPoint::default() };
         let mut axes: Vec<AxisPoint> = self.particles.iter().map(point).collect();
         for muscle in &self.bodies.muscles {
-            smooth(&mut axes[muscle.first_point as usize..][..=muscle.segments as usize]);
+            let own = &mut axes[muscle.first_point as usize..][..=muscle.segments as usize];
+            match muscle.wrap(&self.bodies.wraps) {
+                Some(wrap) => {
+                    let (origin, insertion) = (muscle.origin.xyz(), muscle.insertion.xyz());
+                    Course::new(wrap, &wrap.to_rest, origin, insertion, Spacing::Tension).smooth(own);
+                }
+                None => smooth(own),
+            }
         }
         axes.iter().map(|p| p.position.xyz()).collect()
     }

@@ -38,7 +38,7 @@ pub enum RigError {
 pub enum WeightError {
     /// There are no muscles, or no fields for them to live in.
     #[error(
-        "weighted skinning needs muscles, and there are none; give a muscle file that has some, or choose linear skinning"
+        "skinning by muscles needs muscles, and there are none; give a muscle file that has some, or choose linear skinning"
     )]
     NoMuscles,
     /// The file paints weights of a muscle that is not there.

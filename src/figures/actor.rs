@@ -49,12 +49,17 @@ impl<'a> Actor<'a> {
         rig: &Arc<Rig>,
         dynamics: Option<DynamicsOptions>,
     ) -> Result<Actor<'a>, FigureError> {
+        Actor::with(studio, rig, &FrameOptions { dynamics, ..FrameOptions::default() })
+    }
+
+    /// The same with all of a frame's options.
+    pub fn with(studio: &'a Studio<'a>, rig: &Arc<Rig>, options: &FrameOptions) -> Result<Actor<'a>, FigureError> {
         let headless = studio.headless();
         let (device, queue) = (&headless.device, &headless.queue);
         let kernels = Kernels::new(device)?;
         let buffers = Arc::new(RigBuffers::upload(device, Arc::clone(rig))?);
         let mut instance = Instance::new(&kernels, device, queue, &buffers, Output::Owned)?;
-        instance.set_options(queue, &FrameOptions { dynamics, ..FrameOptions::default() });
+        instance.set_options(queue, options);
         let look = Arc::new(Look::of(headless, studio.renderer(), &rig.character)?);
         let mesh = SkinMesh::of(headless, &look, &rig.character)?;
         headless.check()?;

@@ -143,7 +143,8 @@ pub(super) type Fibre = (MuscleFrame, Vec<AxisPoint>);
 /// Resolves a fibre set and lets its fibres settle over the bones.
 pub(super) fn settle(spec: &MuscleSpec, bones: &[Bone]) -> Result<Vec<Fibre>, FigureError> {
     let (character, groups) = character();
-    let rests = resolve(spec, &character, &groups).map_err(RigError::from)?;
+    let resolved = resolve(spec, &character, &groups).map_err(RigError::from)?;
+    let rests: Vec<MuscleRest> = resolved.into_iter().map(|(rest, _)| rest).collect();
     let profile = Profile::of(spec.rest.alpha, spec.rest.beta);
     let input = MuscleInput::new(&profile, spec.rest.eccentricity);
     let apart = spec.fibres.as_ref().is_some_and(|f| !f.overlap);

@@ -1,4 +1,4 @@
-//! The figures of the muscle paper (A), and the folds of Implicit Skinning, drawn by this project's code from this project's fields.
+//! The figures of the muscle paper (A), some of the extraction paper (B), and the folds of Implicit Skinning, drawn by this project's code from this project's fields.
 //!
 //! A figure is drawn on a [`Stage`]: plots need nothing of it, figures in space a device, and those of motion the built-in
 //! arm or limbs of a character. Beside the picture a figure gives what was measured for it.
@@ -19,8 +19,12 @@ mod fibres;
 mod flexion;
 #[cfg(feature = "gpu")]
 mod folds;
+#[cfg(feature = "gpu")]
+mod hybrid;
 mod limb;
 mod motion;
+#[cfg(feature = "gpu")]
+mod movement;
 mod operators;
 pub mod plot;
 mod profiles;
@@ -86,6 +90,10 @@ pub enum Figure {
     Knee,
     /// The same of a finger, each of whose bones has a field.
     Finger,
+    /// 2 of the extraction paper: bulge, and muscles round a joint and round a bone.
+    Movement,
+    /// 3 of it: hybrid skinning.
+    Hybrid,
 }
 
 /// The built-in arm, for the figures that show motion.
@@ -135,7 +143,7 @@ pub struct Drawn {
 
 impl Figure {
     /// All figures in the paper's order.
-    pub const ALL: [Figure; 19] = [
+    pub const ALL: [Figure; 21] = [
         Figure::Flexion,
         Figure::Anatomy,
         Figure::Projection,
@@ -155,6 +163,8 @@ impl Figure {
         Figure::Elbow,
         Figure::Knee,
         Figure::Finger,
+        Figure::Movement,
+        Figure::Hybrid,
     ];
 
     /// Its number in the paper.
@@ -179,6 +189,8 @@ impl Figure {
             Figure::Elbow => "IS-elbow",
             Figure::Knee => "IS-knee",
             Figure::Finger => "IS-finger",
+            Figure::Movement => "B2",
+            Figure::Hybrid => "B3",
         }
     }
 
@@ -203,14 +215,17 @@ impl Figure {
             Figure::Solvers => "time of the dynamics without and with collisions",
             Figure::Elbow => "elbow by linear and dual quaternion skinning and by ours",
             Figure::Knee => "knee by linear and dual quaternion skinning and by ours",
+            Figure::Movement => "bulge, and muscles round a joint and round a bone",
+            Figure::Hybrid => "muscles of an arm, and hybrid skinning over smooth skinning",
             Figure::Finger => "finger by linear and dual quaternion skinning and by ours",
         }
     }
 
     /// Whether it is drawn in space, on a device.
     pub fn needs_device(self) -> bool {
-        use Figure::{Anatomy, Collisions, Elbow, Fibres, Finger, Flexion, Knee, States, Width};
-        matches!(self, Flexion | Anatomy | Fibres | States | Width | Collisions | Elbow | Knee | Finger)
+        use Figure::{Anatomy, Collisions, Elbow, Fibres, Finger, Flexion, Hybrid, Knee, Movement, States, Width};
+        let bends = matches!(self, Elbow | Knee | Finger);
+        bends || matches!(self, Flexion | Anatomy | Fibres | States | Width | Collisions | Movement | Hybrid)
     }
 
     /// Whether it measures the device, where there is one.
@@ -220,8 +235,9 @@ impl Figure {
 
     /// Whether it shows the built-in arm.
     pub fn needs_arm(self) -> bool {
-        use Figure::{Collisions, Constraints, Flexion, Schedule, Volume, Width};
-        matches!(self, Flexion | Constraints | Schedule | Volume | Width | Collisions) || self.measures_device()
+        use Figure::{Collisions, Constraints, Flexion, Hybrid, Schedule, Volume, Width};
+        matches!(self, Flexion | Constraints | Schedule | Volume | Width | Collisions | Hybrid)
+            || self.measures_device()
     }
 
     /// The part of the body beyond the joint that it bends, or with it, where it bends one.
@@ -262,6 +278,10 @@ impl Figure {
             Figure::Width => curl::figure(self.device(stage)?, self.arm(stage)?),
             #[cfg(feature = "gpu")]
             Figure::Collisions => collisions::figure(self.device(stage)?, self.arm(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::Movement => movement::figure(self.device(stage)?),
+            #[cfg(feature = "gpu")]
+            Figure::Hybrid => hybrid::figure(self.device(stage)?, self.arm(stage)?),
             #[cfg(feature = "gpu")]
             Figure::Elbow | Figure::Knee | Figure::Finger => folds::figure(self.device(stage)?, self.limb(stage)?),
             #[cfg(not(feature = "gpu"))]

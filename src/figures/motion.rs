@@ -60,7 +60,8 @@ impl<'a> Play<'a> {
         let muscles = &self.rig.muscles;
         let half = half(muscles.len() as u32, self.rig.point_count);
         let FrameInputs { joints, muscles: inputs, .. } = &self.inputs;
-        let input = ShapeInput { joints, inputs, iterates: &self.simulation.iterates[..half] };
+        let wraps = &self.simulation.bodies.wraps;
+        let input = ShapeInput { joints, inputs, iterates: &self.simulation.iterates[..half], wraps };
         wrap::shape(muscles, &input, &mut self.shaped, &mut self.simulation.axes);
     }
 }

@@ -37,6 +37,8 @@ fn words(kernel: KernelId, projects: bool, carries: bool) -> (&'static str, usiz
         KernelId::TrackSpread => ("copies at seams", 3),
         KernelId::Normals => ("normals and vertex buffer", 3),
         KernelId::SkinWeighted => ("skinned vertices to their muscles", 3),
+        KernelId::MuscleJoint => ("muscles as joints", 2),
+        KernelId::SkinHybrid => ("skinning by bones and muscles", 3),
         KernelId::SkinLinear | KernelId::SkinDualQuaternion => ("geometric skinning", 3),
         KernelId::FieldSample | KernelId::MuscleSample | KernelId::OperatorSample => ("samples", 3),
     }

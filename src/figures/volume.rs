@@ -56,7 +56,7 @@ fn in_pose(rig: &Rig, pose: &Pose, detail: Detail) -> Result<Vec<f64>, FigureErr
     let inputs = FrameInputs::new(rig, pose)?;
     let mut shaped = vec![MuscleFrame::default(); rig.muscles.len()];
     let mut axes = vec![AxisPoint::default(); rig.point_count as usize];
-    let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[] };
+    let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[], wraps: &rig.wraps };
     wrap::shape(&rig.muscles, &input, &mut shaped, &mut axes);
     Ok(of_all(rig, &inputs, &shaped, &axes, detail))
 }

@@ -20,6 +20,7 @@ use crate::{
     tracking::{Track, TrackJoint, TrackParams, Way},
     wrap::MuscleParams,
 };
+use glam::Mat4;
 use std::sync::Arc;
 
 /// A kernel with what it binds for one choice of source positions.
@@ -42,6 +43,7 @@ pub(super) struct Buffers {
     pub muscle_inputs: wgpu::Buffer,
     pub muscles: wgpu::Buffer,
     pub axes: wgpu::Buffer,
+    pub muscle_joints: wgpu::Buffer,
     pub skinned: wgpu::Buffer,
     pub tracked: wgpu::Buffer,
     pub tracks: wgpu::Buffer,
@@ -106,6 +108,7 @@ impl Buffers {
             ("tracked joints", times(SUB_POSES * carried, size_of::<TrackJoint>())),
             ("ways", times(1, size_of::<Way>())),
             ("fold offsets", times(counts.folds, 4)),
+            ("muscle joints", times(counts.points, size_of::<Mat4>())),
             ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count))),
         ];
         let limits = device.limits();
@@ -121,6 +124,7 @@ impl Buffers {
             muscle_inputs: storage(sizes[2]),
             muscles: storage(sizes[3]),
             axes: storage(sizes[4]),
+            muscle_joints: storage(sizes[19]),
             skinned: storage(sizes[5]),
             tracked: storage(sizes[6]),
             tracks: storage(sizes[7]),
@@ -196,6 +200,7 @@ pub(super) fn prepare(
             ("particles", &b.particles),
             ("iterates", &b.iterates),
             ("clocks", &b.clocks),
+            ("wraps", &rig.wraps),
         ]
     };
     let project = |params| {
@@ -229,6 +234,24 @@ pub(super) fn prepare(
         ("skinned", &b.skinned),
         ("displaced", &b.tracked),
     ];
+    let muscle_joint = [
+        ("params", &b.muscle_params),
+        ("muscles_rest", &rig.muscles),
+        ("joints_rest", &rig.joint_rests),
+        ("joints", &b.joints),
+        ("muscles", &b.muscles),
+        ("axes", &b.axes),
+        ("muscle_joints", &b.muscle_joints),
+    ];
+    let hybrid = [
+        ("params", &b.weighted_params),
+        ("joints", &b.joints),
+        ("muscle_joints", &b.muscle_joints),
+        ("positions_rest", &rig.positions_rest),
+        ("offsets", &rig.hybrid_offsets),
+        ("influences", &rig.hybrid_influences),
+        ("skinned", &b.skinned),
+    ];
     let shape = [
         ("params", &b.muscle_params),
         ("muscles_rest", &rig.muscles),
@@ -237,6 +260,7 @@ pub(super) fn prepare(
         ("shaped", &b.muscles),
         ("axes", &b.axes),
         ("iterates", &b.iterates),
+        ("wraps", &rig.wraps),
     ];
     let normals = |positions| {
         [
@@ -253,6 +277,8 @@ pub(super) fn prepare(
         make(KernelId::SkinDualQuaternion, None, &skin)?,
         make(KernelId::SkinWeighted, None, &weighted)?,
         make(KernelId::MuscleShape, None, &shape)?,
+        make(KernelId::MuscleJoint, None, &muscle_joint)?,
+        make(KernelId::SkinHybrid, None, &hybrid)?,
         make(KernelId::Normals, Some(Positions::Skinned), &normals(&b.skinned))?,
         make(KernelId::Normals, Some(Positions::Tracked), &normals(&b.tracked))?,
     ];

@@ -304,7 +304,10 @@ impl Batch {
     /// Which of its kernel's pipelines a step needs.
     fn variant(&self, step: &Step) -> usize {
         if step.kernel == KernelId::TrackMarch {
-            return track_march::variant(!self.rig.rig.joins.is_empty());
+            return track_march::variant(!self.rig().joins.is_empty());
+        }
+        if matches!(step.kernel, KernelId::MusclePredict | KernelId::MuscleShape) {
+            return crate::kernel::following(!self.rig().wraps.is_empty());
         }
         let options = counts(&self.rig).dynamics(&self.options);
         let Some(options) = options.filter(|_| step.kernel == KernelId::MuscleProject) else { return 0 };

@@ -6,6 +6,7 @@ pub mod source;
 
 mod field_sample;
 mod joint_step;
+mod muscle_joint;
 mod muscle_predict;
 pub(crate) mod muscle_project;
 mod muscle_sample;
@@ -13,6 +14,7 @@ mod muscle_shape;
 mod normals;
 mod operator_sample;
 mod skin_dual_quaternion;
+mod skin_hybrid;
 mod skin_linear;
 mod skin_weighted;
 mod track_carry;
@@ -28,6 +30,14 @@ use crate::schedule::KernelId;
 
 /// Threads per workgroup of every kernel with a thread per item.
 pub const WORKGROUP: u32 = 64;
+
+/// Switch of kernels that follow paths: muscles lie round bones and joints.
+const WRAPS: &str = "WRAPS";
+
+/// The variant of such a kernel.
+pub(crate) fn following(wraps: bool) -> usize {
+    usize::from(!wraps)
+}
 
 /// How a kernel uses a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,14 +121,16 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 19] = [
+pub const KERNELS: [Kernel; 21] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     skin_weighted::KERNEL,
+    skin_hybrid::KERNEL,
     joint_step::KERNEL,
     muscle_predict::KERNEL,
     muscle_project::KERNEL,
     muscle_shape::KERNEL,
+    muscle_joint::KERNEL,
     track_carry::KERNEL,
     track_place::KERNEL,
     track_fold::KERNEL,
@@ -139,10 +151,12 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::SkinLinear => &skin_linear::KERNEL,
         KernelId::SkinDualQuaternion => &skin_dual_quaternion::KERNEL,
         KernelId::SkinWeighted => &skin_weighted::KERNEL,
+        KernelId::SkinHybrid => &skin_hybrid::KERNEL,
         KernelId::JointStep => &joint_step::KERNEL,
         KernelId::MusclePredict => &muscle_predict::KERNEL,
         KernelId::MuscleProject => &muscle_project::KERNEL,
         KernelId::MuscleShape => &muscle_shape::KERNEL,
+        KernelId::MuscleJoint => &muscle_joint::KERNEL,
         KernelId::TrackCarry => &track_carry::KERNEL,
         KernelId::TrackPlace => &track_place::KERNEL,
         KernelId::TrackFold => &track_fold::KERNEL,

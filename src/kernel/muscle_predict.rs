@@ -3,7 +3,7 @@
 use super::{Binding, Kernel, SharedStruct, read, shared, source, uniform, write};
 use crate::{
     dynamics::{DynamicsParams, MovedJoint, MuscleBody, Particle, StepClock, jiggle, predict},
-    field::muscle::{AxisPoint, MuscleInput},
+    field::muscle::{AxisPoint, MuscleInput, wrap::MuscleWrap},
     schedule::KernelId,
 };
 
@@ -14,7 +14,17 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MusclePredict,
     stem: "muscle_predict",
     source: include_str!("../../shaders/kernels/muscle_predict.wgsl"),
-    parts: &[source::MATH, source::PROFILE, source::RUN],
+    parts: &[
+        source::MATH,
+        source::INVERSE,
+        source::PROFILE,
+        source::RUN,
+        source::CIRCLE,
+        source::PATH,
+        source::WRAP,
+        source::COURSE,
+        source::COURSES,
+    ],
     structs: STRUCTS,
     constants: &[
         ("THREADS", THREADS as f64),
@@ -30,7 +40,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("JIGGLE_MOST_SHIFT", jiggle::MOST_SHIFT as f64),
         ("JIGGLE_MOST_DRIVE", jiggle::MOST_DRIVE as f64),
     ],
-    switches: &[],
+    switches: &[super::WRAPS],
     bindings: BINDINGS,
     workgroup: THREADS,
     items_per_workgroup: THREADS,
@@ -45,6 +55,7 @@ const STRUCTS: &[SharedStruct] = &[
     shared::<AxisPoint>(),
     shared::<Particle>(),
     shared::<StepClock>(),
+    shared::<MuscleWrap>(),
 ];
 
 const BINDINGS: &[Binding] = &[
@@ -56,4 +67,5 @@ const BINDINGS: &[Binding] = &[
     write("particles"),
     write("iterates"),
     write("clocks"),
+    read("wraps"),
 ];

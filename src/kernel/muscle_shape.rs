@@ -2,7 +2,7 @@
 
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
-    field::muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest},
+    field::muscle::{self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest, wrap::MuscleWrap},
     rig::JointFrame,
     schedule::KernelId,
     wrap::MuscleParams,
@@ -12,7 +12,17 @@ pub(super) const KERNEL: Kernel = Kernel {
     id: KernelId::MuscleShape,
     stem: "muscle_shape",
     source: include_str!("../../shaders/kernels/muscle_shape.wgsl"),
-    parts: &[source::DISPATCH, source::MATH, source::INVERSE, source::AXIS, source::RUN],
+    parts: &[
+        source::DISPATCH,
+        source::MATH,
+        source::INVERSE,
+        source::AXIS,
+        source::RUN,
+        source::CIRCLE,
+        source::PATH,
+        source::WRAP,
+        source::COURSE,
+    ],
     structs: STRUCTS,
     constants: &[
         ("MIN_LENGTH", muscle::MIN_LENGTH as f64),
@@ -20,7 +30,7 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("ROUNDING", muscle::ROUNDING as f64),
         ("PI", std::f32::consts::PI as f64),
     ],
-    switches: &[],
+    switches: &[super::WRAPS],
     bindings: BINDINGS,
     workgroup: WORKGROUP,
     items_per_workgroup: WORKGROUP,
@@ -34,6 +44,7 @@ const STRUCTS: &[SharedStruct] = &[
     shared::<AxisPoint>(),
     shared::<JointFrame>(),
     shared::<MuscleFrame>(),
+    shared::<MuscleWrap>(),
 ];
 
 const BINDINGS: &[Binding] = &[
@@ -44,4 +55,5 @@ const BINDINGS: &[Binding] = &[
     write("shaped"),
     write("axes"),
     read("iterates"),
+    read("wraps"),
 ];

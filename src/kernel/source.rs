@@ -3,7 +3,7 @@
 use super::{Kernel, SharedStruct, WORKGROUP};
 use crate::field::{
     compose, evaluate, fold,
-    muscle::{self, axis},
+    muscle::{self, axis, wrap},
 };
 use crate::{dynamics, math};
 use std::ops::Range;
@@ -65,6 +65,36 @@ pub const AXIS: Part = Part {
         ("AXIS_NO_DIRECTION", axis::NO_DIRECTION as f64),
         ("AXIS_SMOOTHING", muscle::SMOOTHING as f64),
     ],
+};
+/// A string round a circle.
+pub const CIRCLE: Part = Part {
+    file: "shaders/shared/circle.wgsl",
+    text: include_str!("../../shaders/shared/circle.wgsl"),
+    constants: &[("CIRCLE_CLEARANCE", wrap::CLEARANCE as f64), ("CIRCLE_POINT", wrap::POINT as f64)],
+};
+/// A path past an obstacle.
+pub const PATH: Part =
+    Part { file: "shaders/shared/path.wgsl", text: include_str!("../../shaders/shared/path.wgsl"), constants: &[] };
+/// Paths round joints and bones.
+pub const WRAP: Part = Part {
+    file: "shaders/shared/wrap.wgsl",
+    text: include_str!("../../shaders/shared/wrap.wgsl"),
+    constants: &[("WRAP_HOLD", wrap::HOLD as f64), ("WRAP_SHORT", wrap::SHORT as f64)],
+};
+/// A muscle's path in a pose.
+pub const COURSE: Part = Part {
+    file: "shaders/shared/course.wgsl",
+    text: include_str!("../../shaders/shared/course.wgsl"),
+    constants: &[
+        ("COURSE_REST_SHARE", wrap::REST_SHARE as f64),
+        ("COURSE_TENDON_STIFFNESS", wrap::TENDON_STIFFNESS as f64),
+    ],
+};
+/// A muscle's paths in a substep.
+pub const COURSES: Part = Part {
+    file: "shaders/shared/courses.wgsl",
+    text: include_str!("../../shaders/shared/courses.wgsl"),
+    constants: &[],
 };
 /// The nearest segment of a muscle's axis.
 pub const NEAREST: Part = Part {
@@ -192,7 +222,7 @@ pub const CONTACT: Part = Part {
 };
 
 /// Every shared part.
-pub const PARTS: [Part; 23] = [
+pub const PARTS: [Part; 28] = [
     DISPATCH,
     MATH,
     INVERSE,
@@ -200,6 +230,11 @@ pub const PARTS: [Part; 23] = [
     QUATERNION,
     TRANSFER,
     AXIS,
+    CIRCLE,
+    PATH,
+    WRAP,
+    COURSE,
+    COURSES,
     NEAREST,
     PROFILE,
     MUSCLE,

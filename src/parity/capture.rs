@@ -21,7 +21,7 @@ pub fn capture(headless: &Headless, batch: &Batch, instance: u32) -> Result<GpuR
         let first = instance as usize * items;
         first..first + items
     };
-    let skin = range(&[KernelId::SkinLinear, KernelId::SkinDualQuaternion]);
+    let skin = range(&[KernelId::SkinLinear, KernelId::SkinDualQuaternion, KernelId::SkinHybrid]);
     let shapes = batch.steps().iter().any(|s| s.kernel == KernelId::MuscleShape);
     let points = if shapes { batch.rig().point_count as usize } else { 0 };
     let axes = instance as usize * points..(instance as usize + 1) * points;

@@ -172,7 +172,7 @@ pub(super) fn with_capsules(rig: &Rig, mut given: Vec<BoneCollider>, skinned_bon
 
 /// From where to where a joint's bone goes, scene space at rest; none for a helper that lies on its parent's bone, or
 /// where nothing says.
-fn axis(character: &Character, joint: u32) -> Option<(Vec3, Vec3)> {
+pub(super) fn axis(character: &Character, joint: u32) -> Option<(Vec3, Vec3)> {
     let origin = |j: u32| character.joints[j as usize].bind().w_axis.xyz();
     let from = origin(joint);
     let skin = || {

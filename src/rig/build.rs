@@ -1,8 +1,8 @@
 //! A character made ready to deform: field groups, cached fields, muscles, and the skin's targets in the rest pose.
 
 use super::{
-    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleSpec, MuscleWeights, Pose,
-    Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
+    BoneCollider, BoneMesh, Character, Drives, FieldGroups, FoldPatch, FoldTriangle, MuscleJoints, MuscleSpec,
+    MuscleWeights, Pose, Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
     groups::{FieldOptions, Fields, FitReport, FoldRest, GroupSpec, Swing, build_fields},
     joins::{Join, joins},
     muscle::{self, BoneSpec, JointSpec},
@@ -12,7 +12,10 @@ use crate::{
     error::RigError,
     field::{
         GroupGrid,
-        muscle::{AxisPoint, MuscleFrame, MuscleInput, MuscleRest, shape, straighten},
+        muscle::{
+            AxisPoint, MuscleFrame, MuscleInput, MuscleRest, shape,
+            wrap::{Course, MuscleWrap, Spacing, points_at_rest},
+        },
     },
 };
 use glam::{Vec3, Vec4, Vec4Swizzles};
@@ -66,11 +69,13 @@ pub struct Rig {
     pub muscles: Vec<MuscleRest>,
     /// Per muscle its author's entry in `specs`.
     pub spec_of: Vec<u32>,
+    /// What muscles lie round, one for each muscle that does ([`MuscleRest::wrap`]).
+    pub wraps: Vec<MuscleWrap>,
     /// Bones that muscles collide with, ascending by joint; empty without fields.
     pub bones: Vec<BoneCollider>,
     /// Points of all muscles' axes together.
     pub point_count: u32,
-    /// Where those points are in the rest pose, scene space: straight, until [`Rig::set_axes_rest`].
+    /// Where those points are in the rest pose, scene space: even on their paths, until [`Rig::set_axes_rest`].
     axes_rest: Vec<Vec3>,
     /// The same points as the dynamics hold them, where they do; else empty.
     settled: Vec<SettledPoint>,
@@ -90,6 +95,8 @@ pub struct Rig {
     pub targets: Targets,
     /// Which muscles take the skin with them where it has no field of its own.
     pub weights: MuscleWeights,
+    /// The muscles as joints of linear skinning.
+    pub muscle_joints: MuscleJoints,
     /// Triangles around every vertex.
     pub topology: Topology,
 }
@@ -134,7 +141,7 @@ impl Rig {
         let groups = FieldGroups::detect_beside(&character, &options.groups)?;
         let joins = joins(&character, &groups, &options.joints)?;
         let fields = if options.fields { build_fields(&character, &groups, &options.fit)? } else { Fields::default() };
-        let mut resolved: Vec<(String, u32, MuscleRest)> = Vec::new();
+        let mut resolved: Vec<(String, u32, (MuscleRest, Option<MuscleWrap>))> = Vec::new();
         for (index, spec) in (0..).zip(muscles) {
             let fibres = muscle::resolve(spec, &character, &groups)?;
             let single = fibres.len() == 1;
@@ -143,17 +150,19 @@ impl Rig {
         }
         // Muscles live in their groups' fields: without fields they are checked, and left out.
         resolved.retain(|_| options.fields);
-        resolved.sort_by_key(|(_, _, rest)| rest.group);
-        let mut point_count = 0;
-        for (_, _, rest) in &mut resolved {
+        resolved.sort_by_key(|(_, _, (rest, _))| rest.group);
+        let (mut point_count, mut wraps) = (0, Vec::new());
+        for (_, _, (rest, wrap)) in &mut resolved {
             rest.first_point = point_count;
             point_count += rest.segments + 1;
+            wraps.extend(*wrap);
+            rest.wrap = if wrap.is_some() { wraps.len() as u32 } else { 0 };
         }
         let muscle_names = resolved.iter().map(|(name, _, _)| name.clone()).collect();
         let spec_of = resolved.iter().map(|(_, spec, _)| *spec).collect();
         let drives = Drives::new(&character, muscles)?;
         let (specs, drives) = if options.fields { (muscles.to_vec(), drives) } else { Default::default() };
-        let muscles: Vec<MuscleRest> = resolved.into_iter().map(|(_, _, rest)| rest).collect();
+        let muscles: Vec<MuscleRest> = resolved.into_iter().map(|(_, _, (rest, _))| rest).collect();
         let mut grids = fields.grids;
         for (g, grid) in grids.iter_mut().enumerate() {
             grid.muscle_begin = muscles.partition_point(|m: &MuscleRest| (m.group as usize) < g) as u32;
@@ -168,6 +177,7 @@ impl Rig {
             graph: SkinGraph::new(&character),
             targets: Targets::default(),
             weights: MuscleWeights::default(),
+            muscle_joints: MuscleJoints::default(),
             character,
             groups,
             grids,
@@ -180,12 +190,13 @@ impl Rig {
             muscle_names,
             muscles,
             spec_of,
+            wraps,
             bones: Vec::new(),
             point_count,
             axes_rest: Vec::new(),
             settled: Vec::new(),
         };
-        rig.axes_rest = rig.straight_axes();
+        rig.axes_rest = rig.paths_at_rest();
         (rig.fold_patches, rig.fold_triangles) = fold_patch::patches(&rig, &rig.graph);
         rig.aim();
         if options.fields {
@@ -253,10 +264,10 @@ impl Rig {
         &self.settled
     }
 
-    fn straight_axes(&self) -> Vec<Vec3> {
+    fn paths_at_rest(&self) -> Vec<Vec3> {
         let of = |rest: &MuscleRest| {
             let mut own = vec![AxisPoint::default(); rest.segments as usize + 1];
-            straighten(&mut own, rest.origin.xyz(), rest.insertion.xyz());
+            points_at_rest(rest, &self.wraps, &mut own);
             own.into_iter().map(|p| p.position.xyz())
         };
         self.muscles.iter().flat_map(of).collect()
@@ -267,24 +278,30 @@ impl Rig {
         self.muscles.iter().map(|muscle| muscle.segments).max().unwrap_or(0)
     }
 
-    /// Length of each muscle's straight axis in a pose over its length at rest, the mean over its fibres, in the order of
-    /// `specs`: what length drivers read. Joints that the pose lacks leave a ratio at 1.
+    /// Length of each muscle's path in a pose over its length at rest, the mean over its fibres, in the order of `specs`: what
+    /// length drivers read. The path is straight from end to end, or round what the muscle lies round. Joints that the pose
+    /// lacks leave a ratio at 1.
     pub fn axis_ratios(&self, pose: &Pose) -> Vec<f32> {
         let mut sums = vec![(0.0f32, 0u32); self.specs.len()];
         for (rest, &spec) in self.muscles.iter().zip(&self.spec_of) {
-            let joint = |index: u32| pose.palette.get(index as usize);
-            let driving = joint(rest.joint);
-            let (Some(from), Some(to), Some(group)) = (joint(rest.origin_joint), joint(rest.insertion_joint), driving)
-            else {
-                continue;
-            };
-            let span = transform_point(to, rest.insertion.xyz()) - transform_point(from, rest.origin.xyz());
-            // In the group's space at rest, so that a pose's scale is no stretch.
-            let length = transform_vector(&group.inverse(), span).length();
+            let Some(length) = self.path_length(rest, pose) else { continue };
             let sum = &mut sums[spec as usize];
             *sum = (sum.0 + length / rest.origin_normal.w, sum.1 + 1);
         }
         sums.into_iter().map(|(sum, count)| if count > 0 { sum / count as f32 } else { 1.0 }).collect()
+    }
+
+    /// Length of a muscle's path in a pose, metres; none where the pose lacks a joint of it.
+    pub fn path_length(&self, rest: &MuscleRest, pose: &Pose) -> Option<f32> {
+        let joint = |index: u32| pose.palette.get(index as usize);
+        let (from, to) = (joint(rest.origin_joint)?, joint(rest.insertion_joint)?);
+        let (origin, insertion) = (transform_point(from, rest.origin.xyz()), transform_point(to, rest.insertion.xyz()));
+        // In a bone's space at rest, so that a pose's scale is no stretch.
+        if let Some(wrap) = rest.wrap(&self.wraps) {
+            let to_posed = *joint(wrap.joint)? * wrap.to_rest;
+            return Some(Course::new(wrap, &to_posed, origin, insertion, Spacing::Even).path().length());
+        }
+        Some(transform_vector(&joint(rest.joint)?.inverse(), insertion - origin).length())
     }
 
     /// The inputs of all muscles in their rest shapes.
@@ -296,6 +313,7 @@ impl Rig {
     fn aim(&mut self) {
         self.targets = Targets::new(self);
         self.weights = MuscleWeights::new(self);
+        self.muscle_joints = MuscleJoints::new(self);
     }
 }
 

@@ -48,7 +48,7 @@ pub struct MuscleWeights {
 /// where most of what lies over a muscle is.
 const WHOLE: f32 = 0.25;
 /// Weights below this are left out.
-const LEAST: f32 = 1e-3;
+pub(super) const LEAST: f32 = 1e-3;
 
 impl MuscleWeights {
     /// Weights of a rig's skin, with its muscles at rest. What the file paints comes first; elsewhere a muscle's weight goes by its
@@ -89,8 +89,7 @@ fn of_vertex(rig: &Rig, muscles: &[MuscleFrame], axes: &[AxisPoint], v: usize) -
         let muscle = widened(&muscles[m]);
         // Where a muscle has no field, no paint makes it move the skin.
         let sample = muscle.reaches(p).then(|| evaluate(&muscle, muscle.points(axes), p)).filter(|s| s.value > 0.0)?;
-        let own = |painted: &&PaintedMuscle| painted.muscle == rig.spec_of[m] && painted.vertices.contains(&(v as u32));
-        let weight = match rig.character.painted.iter().find(own) {
+        let weight = match rig.paint(m, v) {
             Some(painted) => painted.weights[v - painted.vertices.start as usize],
             None => smoothstep(sample.value / WHOLE) * moved_share(rig, rig.muscles[m].group, v),
         };
@@ -110,6 +109,18 @@ fn moved_share(rig: &Rig, group: u32, v: usize) -> f32 {
 }
 
 impl Rig {
+    /// What the character's file paints at vertex `v` for muscle `m`, or rather for its author's entry.
+    fn paint(&self, m: usize, v: usize) -> Option<&PaintedMuscle> {
+        let vertex = v as u32;
+        let own = |painted: &&PaintedMuscle| painted.muscle == self.spec_of[m] && painted.vertices.contains(&vertex);
+        self.character.painted.iter().find(own)
+    }
+
+    /// Whether the weight of muscle `m` at vertex `v` is painted.
+    pub(super) fn is_painted(&self, m: usize, v: usize) -> bool {
+        self.paint(m, v).is_some()
+    }
+
     /// Whether muscles can displace the skin by weights: where this is an error, such a skinning is linear skinning.
     ///
     /// # Errors

@@ -13,12 +13,14 @@ pub enum Skinning {
     /// Linear skinning, displaced to the rest iso-values of the muscles alone, by a weight per vertex and muscle (paper A,
     /// section 8.7).
     Weighted,
+    /// Linear blend skinning in which muscles are joints that swell (paper B, equation 3).
+    Hybrid,
 }
 
 impl Skinning {
     /// Whether the skin follows muscles, which are shaped, and where they have dynamics moved, for it.
     pub fn follows_muscles(self) -> bool {
-        matches!(self, Skinning::Implicit | Skinning::Weighted)
+        matches!(self, Skinning::Implicit | Skinning::Weighted | Skinning::Hybrid)
     }
 }
 
@@ -225,7 +227,7 @@ impl FrameOptions {
     pub fn remembers(&self) -> bool {
         match self.skinning {
             Skinning::Implicit => true,
-            Skinning::Weighted => self.dynamics.is_some(),
+            Skinning::Weighted | Skinning::Hybrid => self.dynamics.is_some(),
             Skinning::Linear | Skinning::DualQuaternion => false,
         }
     }

@@ -1,14 +1,15 @@
 //! The shape that a muscle's length gives it at constant volume.
 //!
-//! The path is the straight segment from origin to insertion, or where the dynamics have taken the axis. Twin of the
-//! kernel `muscle_shape`.
+//! The path is the straight segment from origin to insertion, or round what the muscle lies round, or where the dynamics have
+//! taken the axis. Twin of the kernel `muscle_shape`.
 
 use crate::{
     field::muscle::{
         self, AxisPoint, MuscleFrame, MuscleInput, MuscleRest, axis,
         mesh::{self, Detail, Surface},
+        wrap::{Course, MuscleWrap, Spacing},
     },
-    math::{affine_inverse, transform_point, transform_vector},
+    math::{affine_inverse, product, transform_point, transform_vector},
     rig::JointFrame,
 };
 use glam::{Mat3, Mat4, Vec4, Vec4Swizzles};
@@ -26,7 +27,7 @@ crate::gpu_struct! {
         pub group_count: u32,
         /// Axis points of all of the character's muscles.
         pub point_count: u32,
-        /// 1 where axes come from the iterates of the dynamics, 0 where they are straight.
+        /// 1 where axes come from the iterates of the dynamics, 0 where they follow their paths.
         pub moving: u32,
         /// Unused.
         pub pad_0: u32,
@@ -42,8 +43,10 @@ pub struct ShapeInput<'a> {
     pub joints: &'a [JointFrame],
     /// One per muscle.
     pub inputs: &'a [MuscleInput],
-    /// First half of the iterates of the dynamics ([`axis::half`]); empty where axes are straight.
+    /// First half of the iterates of the dynamics ([`axis::half`]); empty where axes follow their paths.
     pub iterates: &'a [Vec4],
+    /// What the rig's muscles lie round.
+    pub wraps: &'a [MuscleWrap],
 }
 
 /// Shapes every muscle of one instance: axis, length, width `w = sqrt(V / (pi l))` (paper A, equation 3), section
@@ -71,15 +74,26 @@ fn shape_one(
     let to = &input.joints[rest.insertion_joint as usize].matrix;
     let origin = transform_point(to_rest, transform_point(from, rest.origin.xyz()));
     let insertion = transform_point(to_rest, transform_point(to, rest.insertion.xyz()));
+    let spacing = if input.iterates.is_empty() { Spacing::Even } else { Spacing::Tension };
+    let course = rest.wrap(input.wraps).map(|wrap| {
+        let around = &input.joints[wrap.joint as usize].matrix;
+        Course::new(wrap, &product(to_rest, &product(around, &wrap.to_rest)), origin, insertion, spacing)
+    });
     let mut own = *own;
     if input.iterates.is_empty() {
-        muscle::straighten(points, origin, insertion);
+        match &course {
+            Some(course) => course.put(points),
+            None => muscle::straighten(points, origin, insertion),
+        }
     } else {
         let moved = &input.iterates[axis::run(index, rest.first_point) + 2..];
         for (point, moved) in points.iter_mut().zip(moved.iter().step_by(2)) {
             point.position = transform_point(to_rest, moved.xyz()).extend(0.0);
         }
-        muscle::smooth(points);
+        match &course {
+            Some(course) => course.smooth(points),
+            None => muscle::smooth(points),
+        }
         own.shift = moved[2 * rest.segments as usize + 1].w;
     }
     let origin_normal = transform_vector(to_rest, transform_vector(from, rest.origin_normal.xyz()));

@@ -1,8 +1,10 @@
 //! Options of `sinew muscles`.
 
-use super::{Compute, Dynamics, Input, Motion};
+use super::skin::SkinningArg;
+use super::{Compute, Dynamics, Input, Motion, values::parse_threads};
 use clap::{Args as Group, Subcommand, ValueEnum};
 use sinew::rig::muscle_file::Settings;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Options of `muscles`.
@@ -23,6 +25,8 @@ pub enum MusclesVerb {
     /// Plot what every muscle does over a clip: length, width, activation, volume, speed, and what is left of the dynamics'
     /// errors
     Plot(MusclesPlot),
+    /// Write how far every muscle takes every vertex with it into the character, as attributes `_MUSCLE_n` to paint on
+    Weights(MusclesWeights),
 }
 
 /// Options of `muscles mirror`.
@@ -84,6 +88,27 @@ pub struct MusclesPlot {
     pub dynamics: Dynamics,
     /// Folder for a page per muscle, 00_NAME.png and so on, and muscles.csv with all their numbers
     #[arg(short, long, value_name = "FOLDER")]
+    pub output: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `muscles weights`.
+#[derive(Debug, Group)]
+pub struct MusclesWeights {
+    #[command(flatten)]
+    pub input: Input,
+    /// Which skinning's weights: weighted or hybrid, whose weights fade over the tendons
+    #[arg(long, value_enum, default_value = "hybrid")]
+    pub skinning: SkinningArg,
+    #[command(flatten)]
+    pub dynamics: Dynamics,
+    /// Threads of the field fits [default: all cores]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub threads: Option<NonZeroUsize>,
+    /// The character with its weights; may be the same
+    #[arg(short, long, value_name = "OUT.glb")]
     pub output: PathBuf,
     /// Print the result as JSON
     #[arg(long)]

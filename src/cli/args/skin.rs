@@ -22,6 +22,8 @@ pub enum SkinningArg {
     DualQuaternion,
     /// Linear skinning that muscles alone displace, by weights of every vertex; needs --muscles
     Weighted,
+    /// Linear skinning in which muscles are joints that swell, by weights of every vertex; needs --muscles
+    Hybrid,
 }
 
 impl Skin {
@@ -41,6 +43,7 @@ impl From<SkinningArg> for Skinning {
             SkinningArg::Linear => Skinning::Linear,
             SkinningArg::DualQuaternion => Skinning::DualQuaternion,
             SkinningArg::Weighted => Skinning::Weighted,
+            SkinningArg::Hybrid => Skinning::Hybrid,
         }
     }
 }

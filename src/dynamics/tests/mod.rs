@@ -6,6 +6,7 @@ mod measure;
 mod rest;
 mod shake;
 mod volume;
+mod wrapped;
 
 use super::*;
 use crate::field::muscle::{AxisPoint, MuscleInput, MuscleRest, Profile, straighten};

@@ -2,7 +2,7 @@
 
 use super::arm::Actor;
 use crate::reference::{Motion, Reference};
-use crate::rig::{Pose, Rig};
+use crate::rig::{Around, BuildOptions, Pose, Rig, Wrap};
 use crate::schedule::{DynamicsOptions, FrameOptions};
 
 /// Farthest that any vertex is from its place at rest in a second of the rest pose at 30 fps, metres.
@@ -39,6 +39,20 @@ fn skin_stays_where_it_is_in_the_rest_pose() {
     let loose = strays(&rig, 30);
     println!("without the settled contacts it strays by {loose} m");
     assert!(loose > 1e-4, "without the contacts as they were it moves: {loose} m");
+}
+
+#[test]
+fn skin_stays_where_muscles_lie_round_a_joint() {
+    let Some(arm) = Actor::arm(None, &[]) else { return };
+    let mut muscles = arm.rig.specs.clone();
+    for muscle in muscles.iter_mut().filter(|m| m.name.starts_with("triceps")) {
+        let around = Around::Joint("lowerarm_l".into());
+        muscle.wrap = Some(Wrap { around, radius: 0.022, side: Some(glam::Vec3::new(0.0, 0.0, -0.1)) });
+    }
+    let rig = Rig::build(arm.scene.character.clone(), &muscles, &BuildOptions::default()).expect("a rig");
+    let still = strays(&settled(Actor { rig, ..arm }), 30);
+    println!("with muscles round the elbow the arm's skin strays by {still} m in the rest pose");
+    assert!(still < 1e-5, "{still} m");
 }
 
 #[test]

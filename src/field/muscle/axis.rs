@@ -110,6 +110,27 @@ pub fn frame(points: &mut [AxisPoint], origin_normal: Vec3, insertion_normal: Ve
     length
 }
 
+/// The unit tangent at `arc` metres along an axis, turned evenly from each point's to the next one's: midway at a point between
+/// those of the segments beside it.
+pub fn smooth_tangent(points: &[AxisPoint], arc: f32) -> Vec3 {
+    let mut i = 0;
+    while i + 2 < points.len() && points[i + 1].arc() <= arc {
+        i += 1;
+    }
+    let at = |i: usize| {
+        let after = points[i].tangent.xyz();
+        unit_or(if i > 0 { after + points[i - 1].tangent.xyz() } else { after }, after)
+    };
+    let share = ((arc - points[i].arc()) / points[i].tangent.w.max(NO_DIRECTION)).clamp(0.0, 1.0);
+    unit_or(at(i) * (1.0 - share) + at(i + 1) * share, points[i].tangent.xyz())
+}
+
+/// A vector's direction, or `other` where it has none.
+fn unit_or(v: Vec3, other: Vec3) -> Vec3 {
+    let length = v.dot(v).sqrt();
+    if length > NO_DIRECTION { v / length } else { other }
+}
+
 /// The normal of a segment at share `f` of it, and its derivative by `f`.
 #[inline]
 pub(super) fn normal_at(point: &AxisPoint, f: f32) -> (Vec3, Vec3) {

@@ -9,6 +9,7 @@ pub mod mesh;
 pub mod profile;
 mod volume;
 mod weighted;
+pub mod wrap;
 
 pub use axis::AxisPoint;
 pub use evaluate::KEY_BITS;
@@ -21,6 +22,7 @@ pub(crate) use weighted::{FACING, WIDENED};
 pub use weighted::{MuscleWeight, Pull, pull, widened};
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
+use wrap::MuscleWrap;
 
 crate::gpu_struct! {
     /// One muscle at one moment, in scene space at rest of the field group that it joins. Its axis stands in a slice of
@@ -91,10 +93,10 @@ crate::gpu_struct! {
         pub first_point: u32,
         /// Joint in whose scene space at rest the muscle is shaped: its group's, or in a trunk the one nearest to it.
         pub joint: u32,
+        /// What it lies round among the rig's wraps, counted from 1; 0 where it runs straight.
+        pub wrap: u32,
         /// Unused.
         pub pad_0: u32,
-        /// Unused.
-        pub pad_1: u32,
     }
 }
 
@@ -260,7 +262,13 @@ impl MuscleFrame {
 }
 
 impl MuscleRest {
-    /// The muscle in the rest pose; `points` are its own.
+    /// What it lies round, of a rig's wraps.
+    #[inline]
+    pub fn wrap<'a>(&self, wraps: &'a [MuscleWrap]) -> Option<&'a MuscleWrap> {
+        wraps.get((self.wrap as usize).checked_sub(1)?)
+    }
+
+    /// The muscle in the rest pose, straight from end to end; `points` are its own.
     pub fn at_rest(&self, input: &MuscleInput, points: &mut [AxisPoint]) -> MuscleFrame {
         straighten(points, self.origin.xyz(), self.insertion.xyz());
         shape(self, input, points, self.origin_normal.xyz(), self.insertion_normal.xyz())

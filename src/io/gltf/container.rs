@@ -33,6 +33,21 @@ pub(super) fn split<'a>(bytes: &'a [u8], cx: &Context) -> Result<Container<'a>, 
     }
 }
 
+/// A GLB of both payloads, each filled up to whole words.
+pub(super) fn join(json: &[u8], bin: &[u8]) -> Vec<u8> {
+    let mut bytes = [MAGIC, &2u32.to_le_bytes(), &[0; 4]].concat();
+    for (kind, payload, filler) in [(JSON_CHUNK, json, b' '), (BIN_CHUNK, bin, 0)] {
+        let size = payload.len().next_multiple_of(4);
+        bytes.extend((size as u32).to_le_bytes());
+        bytes.extend(kind.to_le_bytes());
+        bytes.extend(payload);
+        bytes.resize(bytes.len() + size - payload.len(), filler);
+    }
+    let length = bytes.len() as u32;
+    bytes[8..12].copy_from_slice(&length.to_le_bytes());
+    bytes
+}
+
 fn split_glb<'a>(bytes: &'a [u8], cx: &Context) -> Result<Container<'a>, GltfError> {
     let framing = |what: String| GltfError::Framing { file: cx.file(), what };
     let word = |at: usize| -> Option<u32> {

@@ -20,6 +20,7 @@ mod lift;
 mod material;
 mod muscle_keys;
 mod nodes;
+mod paint;
 mod painted;
 mod shape;
 mod skin;
@@ -28,6 +29,8 @@ mod uri;
 
 #[cfg(test)]
 mod tests;
+
+pub use paint::with_muscle_weights;
 
 use crate::clip::Scene;
 use crate::error::{GltfError, one_line};

@@ -70,7 +70,7 @@ impl Drives {
 
     /// The parameters of every muscle, in the file's order, at this pose.
     ///
-    /// `ratios` holds current over rest length of each muscle's straight axis, the mean over its fibres; a missing one
+    /// `ratios` holds current over rest length of each muscle's path, the mean over its fibres; a missing one
     /// counts as 1. Keys of the file and tables are read at [`Pose::time`]. What the pose keys replaces the file's key of
     /// the same parameter, and of two such the last counts; a keyed activation is joined with the drivers either way.
     /// [`Pose::activations`] replaces all of that. Anything that is not finite makes its muscle's activation 0, and

@@ -26,7 +26,7 @@ pub(super) struct ReadyDriver {
 pub(super) struct Moment<'a> {
     pub turns: &'a Turns,
     pub time: f32,
-    /// Current over rest length of this muscle's straight axis.
+    /// Current over rest length of this muscle's path.
     pub ratio: f32,
 }
 

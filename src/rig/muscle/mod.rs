@@ -1,6 +1,7 @@
 //! Muscles as their author gives them, and as the stages read them.
 
 pub(in crate::rig) mod check;
+mod lie;
 mod resolve;
 mod spec;
 

@@ -1,10 +1,11 @@
 //! Muscles checked against their character, and brought into the form that the stages read.
 
 use super::check::{self, Wrong};
+use super::lie::{Fibre, Obstacle};
 use super::{Attachment, MuscleShape, MuscleSize, MuscleSpec};
 use crate::{
     error::MuscleError,
-    field::muscle::{MuscleInput, MuscleRest, Profile},
+    field::muscle::{MuscleInput, MuscleRest, Profile, wrap::MuscleWrap},
     math::{transform_point, transform_vector},
     rig::{Character, FieldGroups, groups::BodyPart, nearest::nearest},
 };
@@ -16,11 +17,16 @@ const SUPPORT_RADII: f32 = 0.75;
 const SAME_FIBRE: f32 = 1e-5;
 
 /// Checks a muscle against its character and derives what the stages read: one entry per fibre, one for a muscle that
-/// is not a set. `first_point` is left 0.
+/// is not a set, each with what it lies round. `first_point` and `wrap` are left 0.
 ///
 /// # Errors
-/// A bone that the character lacks or that has no field, coincident ends, or a number out of its range.
-pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -> Result<Vec<MuscleRest>, MuscleError> {
+/// A bone that the character lacks or that has no field, coincident ends, a wrap with an end inside or on no side, or a number
+/// out of its range.
+pub fn resolve(
+    spec: &MuscleSpec,
+    character: &Character,
+    groups: &FieldGroups,
+) -> Result<Vec<(MuscleRest, Option<MuscleWrap>)>, MuscleError> {
     let joint = |role, bone: &str| find_bone(spec, character, role, bone);
     let (from, to) = (joint("origin", &spec.origin.bone)?, joint("insertion", &spec.insertion.bone)?);
     let bone = joint("field", &spec.bone)?;
@@ -29,17 +35,28 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
         return Err(MuscleError::NoField { muscle: spec.name.clone(), bone: spec.bone.clone() });
     }
     check::muscle(spec).map_err(|wrong| wrong.of(spec))?;
-    find_wrap_joint(spec, character)?;
     let (origins, origin_normal) =
         ends(character, from, &spec.origin, spec.fibres.as_ref().map(|f| &f.origin_line), spec);
     let (insertions, insertion_normal) =
         ends(character, to, &spec.insertion, spec.fibres.as_ref().map(|f| &f.insertion_line), spec);
     check_apart(spec, &origins, &insertions).map_err(|wrong| wrong.of(spec))?;
-    let total: f32 = origins.iter().zip(&insertions).map(|(o, i)| o.distance(*i)).sum();
-    let fibre = |origin: Vec3, insertion: Vec3| {
-        let length = origin.distance(insertion);
+    let ends: Vec<(Vec3, Vec3)> = origins.into_iter().zip(insertions).collect();
+    let distances: Vec<f32> = ends.iter().map(|(o, i)| o.distance(*i)).collect();
+    let obstacle = Obstacle::of(spec, character, &ends)?;
+    let wraps: Vec<Option<MuscleWrap>> = (ends.iter().zip(&distances))
+        .map(|(&(origin, insertion), &distance)| {
+            let Some(obstacle) = &obstacle else { return Ok(None) };
+            let width = width(spec, character, distance, distances.iter().sum())?;
+            let fibre = Fibre { origin, insertion, normals: [origin_normal, insertion_normal], width };
+            obstacle.wrap(spec, &fibre, tendon_segments(spec)).map(Some)
+        })
+        .collect::<Result<_, MuscleError>>()?;
+    let length = |i: usize| wraps[i].map_or(distances[i], |wrap| wrap.rest_length);
+    let total: f32 = (0..ends.len()).map(length).sum();
+    let fibre = |i: usize| {
+        let ((origin, insertion), length) = (ends[i], length(i));
         let width = width(spec, character, length, total)?;
-        Ok(MuscleRest {
+        let rest = MuscleRest {
             origin: origin.extend(std::f32::consts::PI * width * width * length),
             insertion: insertion.extend(SUPPORT_RADII * width * profile(&spec.rest).max()),
             origin_normal: origin_normal.extend(length),
@@ -50,9 +67,16 @@ pub fn resolve(spec: &MuscleSpec, character: &Character, groups: &FieldGroups) -
             segments: spec.segments,
             joint: frame_joint(groups, group, bone as u32),
             ..MuscleRest::default()
-        })
+        };
+        Ok((rest, wraps[i]))
     };
-    origins.into_iter().zip(insertions).map(|(o, i)| fibre(o, i)).collect()
+    (0..ends.len()).map(fibre).collect()
+}
+
+/// Segments of the axis at each end that are tendon: those whose middle is.
+fn tendon_segments(spec: &MuscleSpec) -> u32 {
+    let is_tendon = |i: &u32| (*i as f32 + 0.5) / (spec.segments as f32) < spec.tendon;
+    (0..spec.segments).filter(is_tendon).count() as u32
 }
 
 /// The joint in whose space at rest a muscle of a group is shaped: the group's own, and in a trunk, whose joints bend it,
@@ -211,7 +235,8 @@ mod tests {
         };
         let group = Group { name: "thigh".into(), joint: 0, joints: vec![0], parent: None, passive: false, part: None };
         let groups = FieldGroups { groups: vec![group], group_of_joint: vec![0], owner: vec![0, 0] };
-        resolve(&spec, &character, &groups).map_err(|e| e.to_string())
+        let found = resolve(&spec, &character, &groups).map_err(|e| e.to_string())?;
+        Ok(found.into_iter().map(|(rest, _)| rest).collect())
     }
 
     fn resolved(change: impl Fn(&mut MuscleSpec)) -> Result<MuscleRest, String> {

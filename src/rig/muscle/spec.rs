@@ -145,7 +145,7 @@ pub enum Combine {
 /// Where an activation comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
-    /// Length of the straight axis over its rest length: 1 at `min` and below, 0 at `max` and above; the other way
+    /// Length of the path, straight or round what the muscle lies round, over its rest length: 1 at `min` and below, 0 at `max` and above; the other way
     /// round when inverted.
     Length {
         /// Ratio at one end of the range.
@@ -283,7 +283,7 @@ pub struct MuscleSpec {
     pub origin: Attachment,
     /// End that moves.
     pub insertion: Attachment,
-    /// What it lies round; straight from end to end where there is nothing. Read and checked, and not yet followed.
+    /// What it lies round; straight from end to end where there is nothing.
     pub wrap: Option<Wrap>,
     /// Where it is more than one fibre.
     pub fibres: Option<FibreSet>,

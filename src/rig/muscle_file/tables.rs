@@ -55,8 +55,7 @@ pub(super) struct MuscleTable {
     pub origin: AttachmentTable,
     /// The end that moves.
     pub insertion: AttachmentTable,
-    /// What the muscle lies round on its way; straight from origin to insertion where there is no such table. Read and checked,
-    /// and not yet followed.
+    /// What the muscle lies round on its way; straight from origin to insertion where there is no such table.
     pub wrap: Option<WrapTable>,
     /// Several fibres spread between two lines, in place of one spindle.
     pub fibres: Option<FibresTable>,

@@ -7,9 +7,9 @@ use std::f32::consts::PI;
 
 /// How far on its own side of the centre a muscle has to pass for its path to lie in the plane through the centre: least sine
 /// of the angle between its ends, about the side's axis. Nearer to the line through the centre that plane turns without bound.
-const HOLD: f32 = 0.2;
+pub(crate) const HOLD: f32 = 0.2;
 /// Ends nearer to the centre than this, metres, have no direction.
-const SHORT: f32 = 1e-6;
+pub(crate) const SHORT: f32 = 1e-6;
 /// Lines that pass the centre nearer than this, in radii, do not say on which side the muscle lies.
 const THROUGH: f32 = 1e-3;
 

@@ -11,7 +11,7 @@ use std::f32::consts::TAU;
 use super::CLEARANCE;
 
 /// Circles below this radius, metres, hold no string.
-const POINT: f32 = 1e-7;
+pub(crate) const POINT: f32 = 1e-7;
 
 /// Where a string lies on a circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
