@@ -42,7 +42,7 @@ pub enum Verb {
     Parity(Parity),
     /// Check a muscle file against its character, line by line
     Validate(Validate),
-    /// Find the muscles of arms and legs in the skin, and write them as a muscle file
+    /// Find the muscles in the skin, and write them as a muscle file
     Extract(Extract),
     /// Edit a muscle file (mirror, copy; comments and order stay), or plot what its muscles do over a clip
     Muscles(Muscles),
