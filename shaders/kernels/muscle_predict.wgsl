@@ -186,9 +186,8 @@ fn main(
         }
         iterates[out + 2u + 2u * i] = vec4<f32>(place, radius);
         iterates[out + 3u + 2u * i] = vec4<f32>(section, ellipse);
-        let reach = radius * longest + params.play;
-        lowest = min(lowest, place - reach);
-        highest = max(highest, place + reach);
+        lowest = min(lowest, place - (radius * longest + params.play));
+        highest = max(highest, place + (radius * longest + params.play));
         if !carries {
             particle.spring = vec4<f32>(select(own_pull, vec3<f32>(0.0), i == last), particle.spring.w);
             particle.pushes = vec4<f32>(0.0);

@@ -109,54 +109,78 @@ impl Buffers {
             ("ways", times(1, size_of::<Way>())),
             ("fold offsets", times(counts.folds, 4)),
             ("muscle joints", times(counts.points, size_of::<Mat4>())),
-            ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count))),
         ];
+        let vertices = ("output vertices", layout.end(u64::from(counts.vertices) * u64::from(count)));
         let limits = device.limits();
-        for (name, bytes) in &sizes {
+        for (name, bytes) in sizes.iter().chain([&vertices]) {
             fits(&limits, &format!("`{}`, {count} instances: {name}", rig.rig.character.name), *bytes)?;
         }
-        output.check(sizes[20].1, &limits)?;
+        output.check(vertices.1, &limits)?;
+        let bytes = sizes.iter().chain([&vertices]).map(|(_, bytes)| bytes).sum();
         let storage = |(name, bytes): (&str, u64)| buffer(device, name, bytes, wgpu::BufferUsages::STORAGE);
         let uniform = |name, bytes: usize| buffer(device, name, bytes as u64, wgpu::BufferUsages::UNIFORM);
+        let [
+            joints,
+            groups,
+            muscle_inputs,
+            muscles,
+            axes,
+            skinned,
+            tracked,
+            tracks,
+            clocks,
+            joints_before,
+            moved,
+            particles,
+            iterates,
+            skin,
+            slid,
+            spans,
+            places,
+            track_joints,
+            ways,
+            offsets,
+            muscle_joints,
+        ] = sizes.map(storage);
         let buffers = Buffers {
-            joints: storage(sizes[0]),
-            groups: storage(sizes[1]),
-            muscle_inputs: storage(sizes[2]),
-            muscles: storage(sizes[3]),
-            axes: storage(sizes[4]),
-            muscle_joints: storage(sizes[19]),
-            skinned: storage(sizes[5]),
-            tracked: storage(sizes[6]),
-            tracks: storage(sizes[7]),
-            skin: storage(sizes[13]),
-            slid: storage(sizes[14]),
-            spans: storage(sizes[15]),
-            places: storage(sizes[16]),
-            track_joints: storage(sizes[17]),
-            ways: storage(sizes[18]),
-            offsets: storage(sizes[19]),
+            joints,
+            groups,
+            muscle_inputs,
+            muscles,
+            axes,
+            skinned,
+            tracked,
+            tracks,
+            clocks,
+            joints_before,
+            moved,
+            particles,
+            iterates,
+            skin,
+            slid,
+            spans,
+            places,
+            track_joints,
+            ways,
+            offsets,
+            muscle_joints,
             output: match output {
                 Output::Caller { buffer, .. } => buffer,
                 Output::Owned => {
-                    buffer(device, sizes[20].0, sizes[20].1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
+                    buffer(device, vertices.0, vertices.1, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::VERTEX)
                 }
             },
             vertex_params: uniform("vertex params", size_of::<VertexParams>()),
             weighted_params: uniform("weighted params", size_of::<WeightedParams>()),
             muscle_params: uniform("muscle params", size_of::<MuscleParams>()),
             normal_params: uniform("normal params", size_of::<NormalParams>()),
-            clocks: storage(sizes[8]),
-            joints_before: storage(sizes[9]),
-            moved: storage(sizes[10]),
-            particles: storage(sizes[11]),
-            iterates: storage(sizes[12]),
             outer_params: (0..DynamicsOptions::MOST_OUTER)
                 .map(|_| uniform("dynamics params", size_of::<DynamicsParams>()))
                 .collect(),
             carry_params: uniform("carry params", size_of::<DynamicsParams>()),
             track_params: (0..SUB_POSES).map(|_| uniform("track params", size_of::<TrackParams>())).collect(),
             projection_params: uniform("projection params", size_of::<TrackParams>()),
-            bytes: sizes.iter().map(|(_, bytes)| bytes).sum(),
+            bytes,
         };
         Ok((buffers, layout))
     }
