@@ -26,6 +26,7 @@ fn words(kernel: KernelId, projects: bool, carries: bool) -> (&'static str, usiz
         KernelId::MusclePredict => ("muscles on by their own motion", 2),
         KernelId::MuscleProject => ("springs, bones, muscles, skin", 2),
         KernelId::MuscleShape => ("axes, length, width, section", 2),
+        KernelId::GroupBound => ("spheres around groups and muscles", 1),
         KernelId::TrackCarry => ("skin on with its joints", 1),
         KernelId::TrackPlace => ("groups as vertices see them", 1),
         KernelId::TrackFold => ("what folding joints displace", 1),

@@ -5,6 +5,7 @@ pub mod dispatch;
 pub mod source;
 
 mod field_sample;
+mod group_bound;
 mod joint_step;
 mod muscle_joint;
 mod muscle_predict;
@@ -121,7 +122,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 21] = [
+pub const KERNELS: [Kernel; 22] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     skin_weighted::KERNEL,
@@ -131,6 +132,7 @@ pub const KERNELS: [Kernel; 21] = [
     muscle_project::KERNEL,
     muscle_shape::KERNEL,
     muscle_joint::KERNEL,
+    group_bound::KERNEL,
     track_carry::KERNEL,
     track_place::KERNEL,
     track_fold::KERNEL,
@@ -157,6 +159,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::MuscleProject => &muscle_project::KERNEL,
         KernelId::MuscleShape => &muscle_shape::KERNEL,
         KernelId::MuscleJoint => &muscle_joint::KERNEL,
+        KernelId::GroupBound => &group_bound::KERNEL,
         KernelId::TrackCarry => &track_carry::KERNEL,
         KernelId::TrackPlace => &track_place::KERNEL,
         KernelId::TrackFold => &track_fold::KERNEL,

@@ -39,7 +39,7 @@ pub enum FoldVolume {
 pub struct TrackOptions {
     /// Passes of a sub-pose that relax the skin along the field after their step.
     pub passes: u32,
-    /// Passes after them, in the pose itself, that only take the step.
+    /// Passes after them, in the pose itself, that only take the step, of vertices that have not arrived.
     pub projections: u32,
     /// Sweeps of a relaxation: an even number, since positions go to and fro between two buffers.
     pub sweeps: u32,
@@ -70,7 +70,7 @@ impl Default for TrackOptions {
     fn default() -> Self {
         TrackOptions {
             passes: 5,
-            projections: 3,
+            projections: 6,
             sweeps: 4,
             relaxation: 0.35,
             projection: 0.8,
