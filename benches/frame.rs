@@ -9,6 +9,7 @@ mod tube;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use sinew::{
+    field::bound::bound,
     gpu::{Batch, DeviceChoice, Headless, Kernels, Output, RigBuffers},
     reference::{Motion, Reference, Trace},
     rig::{BuildOptions, FrameInputs, Pose, Rig, Role},
@@ -82,11 +83,12 @@ impl Case {
     }
 
     fn of(rig: Arc<Rig>, poses: [Pose; 2]) -> Case {
-        let inputs = FrameInputs::new(&rig, &poses[0]).expect("a pose of the rig's own");
+        let mut inputs = FrameInputs::new(&rig, &poses[0]).expect("a pose of the rig's own");
         let options = FrameOptions::default();
         let mut motion = Motion::new(&rig, &options);
         let reference = Reference::new(&rig);
         let mut trace = reference.next(&mut motion, &poses[0], &options).expect("a pose of the rig's own");
+        bound(&mut inputs.groups, &trace.muscles);
         let linear = FrameOptions { skinning: Skinning::Linear, ..options };
         trace.skinned = reference.frame(&poses[0], &linear).expect("a pose of the rig's own").skinned;
         Case { rig, poses, inputs, motion, trace }
@@ -112,17 +114,18 @@ impl Case {
                 muscles += self.trace.muscles[own].iter().filter(|m| m.reaches(p_rest)).count() as u64;
             }
         }
-        let passes = u64::from(FrameOptions::default().track.passes + FrameOptions::default().track.projections);
+        // Vertices that have arrived sit out the last passes.
+        let passes = self.trace.tracks.iter().map(|track| u64::from(track.passes)).sum::<u64>() as f64 / active as f64;
         let each = |count: u64| count as f64 / active as f64;
         println!(
             "{} vertices, {active} active, {} reaches: a pass looks at {:.2} groups and {:.2} muscles a vertex, a frame of \
-             one sub-pose at {:.1} and {:.1}",
+             one sub-pose, {passes:.1} passes, at {:.1} and {:.1}",
             self.rig.character.vertex_count(),
             self.rig.targets.reaches.len(),
             each(groups),
             each(muscles),
-            each(groups * passes),
-            each(muscles * passes)
+            each(groups) * passes,
+            each(muscles) * passes
         );
     }
 

@@ -25,7 +25,7 @@ fn main(
         highest = max(highest, muscles[first + m].highest.xyz);
     }
     let width = highest - lowest;
-    if !(math_dot(width, width) < FARTHEST) {
+    if math_not_finite(math_dot(width, width)) {
         return;
     }
     let to_posed = inverse_affine(groups[at].to_rest).matrix;

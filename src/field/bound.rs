@@ -16,8 +16,7 @@ pub fn bound(groups: &mut [GroupFrame], muscles: &[MuscleFrame]) {
             (lowest, highest) = (lowest.min(muscle.lowest.xyz()), highest.max(muscle.highest.xyz()));
         }
         let width = highest - lowest;
-        // Not so of what is not finite.
-        if !(width.dot(width) < f32::MAX) {
+        if !width.dot(width).is_finite() {
             continue;
         }
         let to_posed = affine_inverse(&frame.to_rest).0;
