@@ -76,6 +76,19 @@ fn inspect_counts_what_is_there() {
     assert!(count("active_vertices") * 2 > count("vertices"));
     let muscles = found["muscles"].as_array().expect("muscles");
     assert!(!muscles.is_empty() && muscles.iter().all(|m| m["volume_cubic_metres"].as_f64().is_some_and(|v| v > 0.0)));
+    let weighted = |m: &serde_json::Value| m["weighted_vertices"].as_u64().is_some_and(|n| n > 10);
+    assert!(muscles.iter().all(|m| weighted(m) && m["painted"] == false), "{muscles:?}");
+    let joined = |g: &serde_json::Value| g["joined"].as_array().map_or(0, Vec::len);
+    let groups =
+        |found: &serde_json::Value| found["groups"].as_array().expect("groups").iter().map(joined).sum::<usize>();
+    assert_eq!(groups(&found), 0);
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("joined.muscles.toml");
+    fs::write(&file, "[joints.lowerarm]\noperator = \"blend\"\n").expect("a file");
+    let mut inspect = sinew();
+    inspect.args(["inspect", "--json"]).arg(asset("arm.glb")).arg("--muscles").arg(&file);
+    let with_joint = serde_json::from_str(&printed(&inspect.output().expect("runs"))).expect("JSON");
+    assert_eq!(groups(&with_joint), 2, "both sides of the elbow name it");
     let text = printed(&arm_with_muscles(&["inspect"]).output().expect("runs"));
     for part in ["joints:", "field groups:", "muscles:", "clips:", "materials:"] {
         assert!(text.contains(part), "{text}");

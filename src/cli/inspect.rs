@@ -6,7 +6,7 @@ use crate::{explain, load, print};
 use serde::Serialize;
 use sinew::clip::{ClipChoice, Scene, TestClip};
 use sinew::rig::groups::FoldRest;
-use sinew::rig::{BoneCollider, ColliderShape, Rig, Role, VertexTarget};
+use sinew::rig::{BoneCollider, ColliderShape, Join, Rig, Role, VertexTarget};
 use std::fmt::Write;
 
 #[derive(Serialize)]
@@ -62,6 +62,8 @@ struct Group {
     muscles: usize,
     /// Groups against which it folds.
     folds: Vec<String>,
+    /// Groups to which an operator of the muscle file joins it, with the operator.
+    joined: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -70,6 +72,10 @@ struct Muscle {
     group: u32,
     rest_length_metres: f32,
     volume_cubic_metres: f32,
+    /// Vertices that the weighted skinning moves with it.
+    weighted_vertices: usize,
+    /// Whether their weights are the character's own.
+    painted: bool,
 }
 
 /// A bone's shape for collisions.
@@ -125,6 +131,8 @@ pub fn run(args: &args::Inspect) -> Result<(), Failure> {
 fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
     let character = &scene.character;
     let active = rig.active_count();
+    let mut weighted = vec![0; rig.muscles.len()];
+    rig.weights.weights.iter().for_each(|weight| weighted[weight.muscle as usize] += 1);
     Inspected {
         character: character.name.clone(),
         vertices: character.vertex_count(),
@@ -150,11 +158,14 @@ fn inspect(scene: &Scene, rig: &Rig) -> Inspected {
             .muscles
             .iter()
             .zip(&rig.muscle_names)
-            .map(|(m, name)| Muscle {
+            .enumerate()
+            .map(|(index, (m, name))| Muscle {
                 name: name.clone(),
                 group: m.group,
                 rest_length_metres: m.origin_normal.w,
                 volume_cubic_metres: m.origin.w,
+                weighted_vertices: weighted.get(index).copied().unwrap_or(0),
+                painted: character.painted.iter().any(|painted| painted.muscle == rig.spec_of[index]),
             })
             .collect(),
         bones: rig.bones.iter().map(|b| bone(b, rig)).collect(),
@@ -202,6 +213,10 @@ fn group(rig: &Rig, index: usize) -> Group {
         _ if fold.child == g => Some(name(fold.parent)),
         _ => None,
     };
+    let joined = |join: &Join| {
+        let other = join.groups.iter().find(|&&other| other != g)?;
+        join.groups.contains(&g).then(|| format!("{} by {}", name(*other), join.operator.name()))
+    };
     Group {
         name: group.name.clone(),
         joints: group.joints.iter().map(|&j| joint(j)).collect(),
@@ -213,6 +228,7 @@ fn group(rig: &Rig, index: usize) -> Group {
         support_radius_metres: rig.grids.get(index).map_or(0.0, |grid| grid.support_radius),
         muscles: rig.muscles.iter().filter(|muscle| muscle.group == g).count(),
         folds: rig.folds.iter().filter_map(beside).collect(),
+        joined: rig.joins.iter().filter_map(joined).collect(),
     }
 }
 
@@ -260,8 +276,9 @@ fn text(found: &Inspected) -> String {
         let parent = g.parent.as_ref().map_or(String::new(), |parent| format!(" on {parent}"));
         let passive = if g.passive { ", passive" } else { "" };
         let folds = if g.folds.is_empty() { String::new() } else { format!(", folds with {}", g.folds.join(" ")) };
+        let joined = if g.joined.is_empty() { String::new() } else { format!(", joined to {}", g.joined.join(", ")) };
         format!(
-            "{}{parent}, driven by {}{passive}: {} vertices track it, {} are bound to it, support {:.1} cm{folds}; joints {}",
+            "{}{parent}, driven by {}{passive}: {} vertices track it, {} are bound to it, support {:.1} cm{folds}{joined}; joints {}",
             g.name,
             g.driver,
             g.active_vertices,
@@ -274,7 +291,11 @@ fn text(found: &Inspected) -> String {
     let muscles = found.muscles.iter().map(|m| {
         let group = found.groups.get(m.group as usize).map_or("?", |g| g.name.as_str());
         let (centimetres, millilitres) = (m.rest_length_metres * 100.0, m.volume_cubic_metres * 1e6);
-        format!("{}: on {group}, {centimetres:.1} cm, {millilitres:.0} ml", m.name)
+        let (painted, vertices) = (if m.painted { ", painted" } else { "" }, m.weighted_vertices);
+        format!(
+            "{}: on {group}, {centimetres:.1} cm, {millilitres:.0} ml, weights of {vertices} vertices{painted}",
+            m.name
+        )
     });
     section(format!("muscles: {}", found.muscles.len()), muscles.collect());
     let bones = found.bones.iter().map(|b| {
