@@ -61,7 +61,7 @@ fn a_schedule_is_printed_in_the_frames_order() {
     assert_eq!(found["dispatches"].as_u64(), Some(steps.len() as u64));
     let of = |kernel: &str| steps.iter().filter(|step| step["kernel"] == kernel).count() as u64;
     let sub_poses = found["sub_poses"].as_u64().expect("a number");
-    assert_eq!((of("track_carry"), of("track_march")), (sub_poses, 5 * sub_poses + 3));
+    assert_eq!((of("track_carry"), of("track_march")), (sub_poses, 5 * sub_poses + 6));
     assert_eq!(steps.last().expect("a step")["kernel"], "normals");
     let text = printed(&inspect(&["--schedule", "--frame", "2"]));
     let places: Vec<_> =
