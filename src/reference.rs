@@ -172,7 +172,7 @@ impl<'a> Reference<'a> {
         let still = SubPose { groups: inputs.groups.clone(), ..SubPose::default() };
         let mut under_way = UnderWay { still, ..UnderWay::default() };
         if let Some(skin) = &mut motion.skin {
-            (under_way.way, under_way.sub_poses) = skin.path.advance(self.rig, pose, &options.track);
+            (under_way.way, under_way.sub_poses) = skin.lead(self.rig, pose, &options.track);
         }
         under_way
     }
@@ -296,13 +296,15 @@ impl<'a> Reference<'a> {
                 let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates, wraps: &rig.wraps };
                 wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
-            KernelId::TrackCarry
+            KernelId::TrackStart
+            | KernelId::TrackCarry
             | KernelId::TrackPlace
             | KernelId::TrackFold
             | KernelId::TrackMarch
             | KernelId::TrackTurn
             | KernelId::TrackSpan
             | KernelId::TrackSlide
+            | KernelId::TrackAverage
             | KernelId::TrackSpread => {
                 if let Some(skin) = &mut motion.skin {
                     self.track(step, options, skin, under_way, trace);

@@ -17,6 +17,7 @@ mod skin_dual_quaternion;
 mod skin_hybrid;
 mod skin_linear;
 mod skin_weighted;
+mod track_average;
 mod track_carry;
 mod track_fold;
 pub(crate) mod track_march;
@@ -24,6 +25,7 @@ mod track_place;
 mod track_slide;
 mod track_span;
 mod track_spread;
+mod track_start;
 mod track_turn;
 
 use crate::schedule::KernelId;
@@ -121,7 +123,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 21] = [
+pub const KERNELS: [Kernel; 23] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     skin_weighted::KERNEL,
@@ -131,6 +133,7 @@ pub const KERNELS: [Kernel; 21] = [
     muscle_project::KERNEL,
     muscle_shape::KERNEL,
     muscle_joint::KERNEL,
+    track_start::KERNEL,
     track_carry::KERNEL,
     track_place::KERNEL,
     track_fold::KERNEL,
@@ -138,6 +141,7 @@ pub const KERNELS: [Kernel; 21] = [
     track_turn::KERNEL,
     track_span::KERNEL,
     track_slide::KERNEL,
+    track_average::KERNEL,
     track_spread::KERNEL,
     normals::KERNEL,
     field_sample::KERNEL,
@@ -157,6 +161,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::MuscleProject => &muscle_project::KERNEL,
         KernelId::MuscleShape => &muscle_shape::KERNEL,
         KernelId::MuscleJoint => &muscle_joint::KERNEL,
+        KernelId::TrackStart => &track_start::KERNEL,
         KernelId::TrackCarry => &track_carry::KERNEL,
         KernelId::TrackPlace => &track_place::KERNEL,
         KernelId::TrackFold => &track_fold::KERNEL,
@@ -164,6 +169,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::TrackTurn => &track_turn::KERNEL,
         KernelId::TrackSpan => &track_span::KERNEL,
         KernelId::TrackSlide => &track_slide::KERNEL,
+        KernelId::TrackAverage => &track_average::KERNEL,
         KernelId::TrackSpread => &track_spread::KERNEL,
         KernelId::Normals => &normals::KERNEL,
         KernelId::FieldSample => &field_sample::KERNEL,
