@@ -148,7 +148,10 @@ impl Turn {
     }
 
     fn differs(&self, other: &Turn) -> bool {
-        self.rotation.angle_between(other.rotation) > STILL_TURN || !self.stretch.abs_diff_eq(other.stretch, STILL_TURN)
+        // The chord: an angle from a rounded cosine is off by up to 1e-3, and equal rotations would differ.
+        let (a, b) = (Vec4::from(self.rotation), Vec4::from(other.rotation));
+        let turn = 2.0 * (a - b).length().min((a + b).length());
+        turn > STILL_TURN || !self.stretch.abs_diff_eq(other.stretch, STILL_TURN)
     }
 }
 
