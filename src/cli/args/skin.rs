@@ -20,7 +20,7 @@ pub enum TrackingArg {
     /// At the frame before, whose frames are played for it: the better folds
     #[default]
     History,
-    /// At dual quaternion skinning of its own pose: any frame by itself, worse past a right angle
+    /// At dual quaternion skinning of its own pose: any frame by itself, folds worse from a right angle on
     Single,
 }
 
