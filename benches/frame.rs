@@ -1,22 +1,25 @@
 //! Skinning, field evaluation and the tracker's stages, on the GPU and on the CPU, at the paper's sizes and above.
 //!
 //! For every size it prints what a pass looks at, a table of a frame's stages, and the bytes on the device; then criterion's
-//! own measurements. `cargo bench` prints the adapter first. A time from a software adapter is a CPU time. Throughput is vertices per
+//! own measurements. Sizes are a tube's, all of it tracked; with SINEW_DATA a whole human runs too, and with SINEW_BENCH_MOST
+//! the largest size, which takes minutes. `cargo bench` prints the adapter first. A time from a software adapter is a CPU time. Throughput is vertices per
 //! second; `one core` runs on a pool of one thread. A whole frame goes to and fro between two poses two degrees apart.
 
 mod tube;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use sinew::{
+    field::bound::bound,
     gpu::{Batch, DeviceChoice, Headless, Kernels, Output, RigBuffers},
     reference::{Motion, Reference, Trace},
-    rig::{FrameInputs, Pose, Rig, Role},
+    rig::{BuildOptions, FrameInputs, Pose, Rig, Role},
     schedule::{Counts, FrameOptions, KernelId, Skinning, Step},
     skinning::{self, SkinInput},
     tracking::{self, FieldInput, RelaxInput, TrackParams},
 };
 use std::{
     cell::Cell,
+    path::Path,
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -66,11 +69,26 @@ impl Case {
         let degrees = if vertices == MOST { 0.0 } else { 70.0 };
         let rig = Arc::new(tube::rig(vertices));
         let poses = [degrees, degrees + 2.0].map(|degrees| tube::bent(&rig, degrees));
-        let inputs = FrameInputs::new(&rig, &poses[0]).expect("a pose of the rig's own");
+        Case::of(rig, poses)
+    }
+
+    /// The athletic human of the data folder without muscles, in two frames of its run.
+    fn body() -> Option<Case> {
+        let folder = std::env::var_os("SINEW_DATA")?;
+        let scene = sinew::io::gltf::read(&Path::new(&folder).join("humans/mh_male_athletic.glb")).expect("the human");
+        let clip = scene.choose_clip(Some("run_on_spot")).expect("its run");
+        let rig = Rig::build(scene.character.clone(), &[], &BuildOptions::default()).expect("its rig");
+        let poses = [50.0, 51.0].map(|frame| scene.pose(clip, frame / 30.0));
+        Some(Case::of(Arc::new(rig), poses))
+    }
+
+    fn of(rig: Arc<Rig>, poses: [Pose; 2]) -> Case {
+        let mut inputs = FrameInputs::new(&rig, &poses[0]).expect("a pose of the rig's own");
         let options = FrameOptions::default();
         let mut motion = Motion::new(&rig, &options);
         let reference = Reference::new(&rig);
         let mut trace = reference.next(&mut motion, &poses[0], &options).expect("a pose of the rig's own");
+        bound(&mut inputs.groups, &trace.muscles);
         let linear = FrameOptions { skinning: Skinning::Linear, ..options };
         trace.skinned = reference.frame(&poses[0], &linear).expect("a pose of the rig's own").skinned;
         Case { rig, poses, inputs, motion, trace }
@@ -96,17 +114,18 @@ impl Case {
                 muscles += self.trace.muscles[own].iter().filter(|m| m.reaches(p_rest)).count() as u64;
             }
         }
-        let passes = u64::from(FrameOptions::default().track.passes + FrameOptions::default().track.projections);
+        // Vertices that have arrived sit out the last passes.
+        let passes = self.trace.tracks.iter().map(|track| u64::from(track.passes)).sum::<u64>() as f64 / active as f64;
         let each = |count: u64| count as f64 / active as f64;
         println!(
             "{} vertices, {active} active, {} reaches: a pass looks at {:.2} groups and {:.2} muscles a vertex, a frame of \
-             one sub-pose at {:.1} and {:.1}",
+             one sub-pose, {passes:.1} passes, at {:.1} and {:.1}",
             self.rig.character.vertex_count(),
             self.rig.targets.reaches.len(),
             each(groups),
             each(muscles),
-            each(groups * passes),
-            each(muscles * passes)
+            each(groups) * passes,
+            each(muscles) * passes
         );
     }
 
@@ -331,9 +350,15 @@ fn benches(criterion: &mut Criterion) {
             table(&format!("{}, {vertices} vertices", headless.info.name), &stages(case, headless, kernels));
         }
     };
-    let cases = SIZES.map(Case::new);
+    let body = Case::body();
+    if body.is_none() {
+        println!("the human is not measured: SINEW_DATA names no folder");
+    }
+    let cases: Vec<Case> = SIZES.map(Case::new).into_iter().chain(body).collect();
     cases.iter().for_each(show);
-    show(&Case::new(MOST));
+    if std::env::var_os("SINEW_BENCH_MOST").is_some() {
+        show(&Case::new(MOST));
+    }
     if let Some((headless, kernels)) = &device {
         gpu(criterion, &cases, headless, kernels);
     }

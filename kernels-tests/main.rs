@@ -10,6 +10,7 @@ mod dynamics_fixtures;
 mod field_sample;
 mod fields;
 mod frame;
+mod group_bound;
 mod held;
 mod joint_step;
 mod layout;

@@ -16,10 +16,8 @@ fn cpu(crowd: &Crowd, sub_pose: usize) -> (Vec<Vec4>, Vec<Track>) {
     let (mut positions, mut tracks) = (crowd.positions.clone(), crowd.tracks.clone());
     for (instance, way) in WAYS.iter().enumerate() {
         let own = crowd.of(instance);
-        if sub_pose < way.count as usize {
-            let (positions, tracks) = (&mut positions[own.clone()], &mut tracks[own]);
-            tracking::carry(&crowd.params(sub_pose), way, &crowd.carry_input(sub_pose, instance), positions, tracks);
-        }
+        let (positions, tracks) = (&mut positions[own.clone()], &mut tracks[own]);
+        tracking::carry(&crowd.params(sub_pose), way, &crowd.carry_input(sub_pose, instance), positions, tracks);
     }
     (positions, tracks)
 }

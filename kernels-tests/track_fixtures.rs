@@ -135,6 +135,7 @@ impl Crowd {
             edge_begin,
             edge_end,
             slides: u32::from(edge_begin < edge_end && v % 5 != 4),
+            turns: u32::from(role != Role::Copy && v % 11 != 3),
             ..VertexTarget::default()
         });
     }

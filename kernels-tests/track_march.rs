@@ -5,13 +5,14 @@ use crate::track_fixtures::apart;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use sinew::{
     field::{
+        bound::bound,
         compose::{self, JointOperator},
         evaluate::{APART, GroupFrame, Place},
         muscle::{AxisPoint, MuscleFrame},
     },
     parity,
     reference::Reference,
-    rig::{FrameInputs, Rig, Role, VertexTarget},
+    rig::{FrameInputs, Rig, Role, VertexTarget, march_order},
     schedule::{Counts, FrameOptions, KernelId, Skinning, TrackOptions},
     tracking::{self, FieldInput, StopReason, Track, TrackJoint, TrackParams},
     wrap::{self, ShapeInput},
@@ -34,6 +35,7 @@ struct March {
     positions: Vec<Vec4>,
     tracks: Vec<Track>,
     projects: bool,
+    passes: u32,
 }
 
 impl March {
@@ -48,7 +50,8 @@ impl March {
         let (mut groups, mut muscles, mut axes) = (Vec::new(), Vec::new(), Vec::new());
         let (mut places, mut positions) = (Vec::new(), Vec::new());
         let chosen: Vec<usize> = (0..rig.positions_rest.len()).filter(|v| v % 7 == 3).cycle().take(count).collect();
-        let targets = chosen.iter().map(|&v| rig.targets.vertices[v]).collect();
+        let target = |(k, &v): (usize, &usize)| VertexTarget { copy_of: k as u32, ..rig.targets.vertices[v] };
+        let targets = chosen.iter().enumerate().map(target).collect();
         let linear = FrameOptions { skinning: Skinning::Linear, ..FrameOptions::default() };
         let mut random = Random(151);
         for (k, degrees) in DEGREES.iter().flatten().enumerate() {
@@ -62,6 +65,8 @@ impl March {
             let input =
                 ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates: &[], wraps: &rig.wraps };
             wrap::shape(&rig.muscles, &input, &mut shaped, &mut points);
+            let own = groups.len() - rig.grids.len()..;
+            bound(&mut groups[own], &shaped);
             muscles.extend(shaped);
             axes.extend(points);
             let joint = |j: &sinew::rig::JointFrame| TrackJoint { matrix: j.matrix, ..TrackJoint::default() };
@@ -73,12 +78,13 @@ impl March {
             positions.extend(chosen.iter().map(|&v| (skinned[v].xyz() + random.vec3() * 3e-3).extend(1.0)));
         }
         let tracks = (0..positions.len()).map(|_| Track { runs: 1, ..Track::REST }).collect();
-        March { rig, groups, muscles, axes, places, targets, positions, tracks, projects: false }
+        March { rig, groups, muscles, axes, places, targets, positions, tracks, projects: false, passes: 5 }
     }
 
     fn params(&self, sub_pose: usize) -> TrackParams {
         let counts = Counts {
             vertices: self.targets.len() as u32,
+            marched: self.targets.iter().filter(|t| t.role == Role::Active as u32).count() as u32,
             joints: 2,
             muscles: self.rig.muscles.len() as u32,
             points: self.rig.point_count,
@@ -86,7 +92,8 @@ impl March {
             reaches: self.rig.targets.reaches.len() as u32,
             ..Counts::default()
         };
-        TrackParams::new(&counts, INSTANCES as u32, &TrackOptions::default(), sub_pose as u32, self.projects)
+        let options = TrackOptions { passes: self.passes, ..TrackOptions::default() };
+        TrackParams::new(&counts, INSTANCES as u32, &options, sub_pose as u32, self.projects)
     }
 
     fn cpu(&self, sub_pose: usize) -> (Vec<Vec4>, Vec<Track>) {
@@ -111,13 +118,14 @@ impl March {
     fn gpu(&self, sub_pose: usize) -> Option<(Vec<Vec4>, Vec<Track>)> {
         let gpu = gpu()?;
         let params = self.params(sub_pose);
+        let marched = march_order(&self.targets, &self.rig.targets.reaches);
         let inputs: [(&str, &[u8]); 10] = [
             ("params", bytemuck::bytes_of(&params)),
             ("groups", bytemuck::cast_slice(&self.groups)),
             ("nodes", bytemuck::cast_slice(&self.rig.nodes)),
             ("muscles", bytemuck::cast_slice(&self.muscles)),
             ("axes", bytemuck::cast_slice(&self.axes)),
-            ("targets", bytemuck::cast_slice(&self.targets)),
+            ("targets", bytemuck::cast_slice(&marched)),
             ("places", bytemuck::cast_slice(&self.places)),
             ("positions", bytemuck::cast_slice(&self.positions)),
             ("tracks", bytemuck::cast_slice(&self.tracks)),
@@ -255,6 +263,7 @@ fn twin_reaches_its_targets_in_a_few_passes() {
     let mut march = March::new(3000, 0);
     let gaps = |tracks: &[Track]| tracks.iter().map(|t| t.residual().abs()).fold(0.0f32, f32::max);
     let first = march.cpu(0);
+    march.passes = 12;
     for _ in 0..12 {
         (march.positions, march.tracks) = march.cpu(0);
     }
@@ -271,7 +280,11 @@ fn twin_reaches_its_targets_in_a_few_passes() {
         gaps(&march.tracks)
     );
     assert!(active.len() > 6000 && arrived * 100 >= active.len() * 99, "{arrived} of {}", active.len());
-    assert!(active.iter().all(|t| t.passes == 16));
+    assert!(
+        active.iter().all(|t| t.passes == 16 || (t.passes > 12 && t.residual().abs() < 1e-4)),
+        "who has arrived rests"
+    );
+    assert!(active.iter().any(|t| t.passes == 13) && active.iter().any(|t| t.passes > 13));
     let lone = |t: &&Track| t.stop == StopReason::Converged as u32 && t.residual().abs() >= 1e-3;
     assert!(!active.into_iter().any(|t| lone(&t)));
 }

@@ -296,7 +296,8 @@ impl<'a> Reference<'a> {
                 let input = ShapeInput { joints: &inputs.joints, inputs: &inputs.muscles, iterates, wraps: &rig.wraps };
                 wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
-            KernelId::TrackStart
+            KernelId::GroupBound
+            | KernelId::TrackStart
             | KernelId::TrackCarry
             | KernelId::TrackPlace
             | KernelId::TrackFold
@@ -340,6 +341,7 @@ impl<'a> Reference<'a> {
 fn counts(rig: &Rig) -> Counts {
     Counts {
         vertices: rig.character.vertex_count() as u32,
+        marched: rig.targets.marched.len() as u32,
         joints: rig.character.joints.len() as u32,
         reaches: rig.targets.reaches.len() as u32,
         folds: rig.fold_patches.len() as u32,

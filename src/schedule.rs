@@ -37,6 +37,8 @@ pub enum KernelId {
     TrackCarry,
     /// The frames through which vertices see the groups around them.
     TrackPlace,
+    /// Spheres around field groups and their muscles.
+    GroupBound,
     /// How much folding joints displace.
     TrackFold,
     /// One step towards the rest iso-values.
@@ -117,6 +119,8 @@ impl Step {
 pub struct Counts {
     /// Vertices.
     pub vertices: u32,
+    /// Those of them that the tracker marches.
+    pub marched: u32,
     /// Joints.
     pub joints: u32,
     /// Muscles.
@@ -216,9 +220,12 @@ fn muscles(counts: &Counts, options: &FrameOptions, turns: u32, steps: &mut Vec<
 fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Vec<Step>) {
     let skin = Some(Positions::Skin);
     let slid = Some(Positions::Slid);
-    let march = step(KernelId::TrackMarch, counts.vertices, skin, skin);
+    let march = step(KernelId::TrackMarch, counts.marched, skin, skin);
     let folds = if options.fold == FoldVolume::Closed { counts.folds } else { 0 };
     let fold = step(KernelId::TrackFold, folds, skin, None);
+    if counts.muscles > 0 {
+        steps.push(step(KernelId::GroupBound, counts.groups * sub_poses.max(1), None, None));
+    }
     for sub_pose in (0..sub_poses).rev() {
         let first = steps.len();
         steps.push(step(KernelId::TrackCarry, counts.vertices, skin, skin));
@@ -247,12 +254,15 @@ fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Ve
 fn track_alone(counts: &Counts, options: &TrackOptions, steps: &mut Vec<Step>) {
     let (skinned, skin, slid) = (Some(Positions::Skinned), Some(Positions::Skin), Some(Positions::Slid));
     let first = steps.len();
-    let march = step(KernelId::TrackMarch, counts.vertices, skin, skin);
+    let march = step(KernelId::TrackMarch, counts.marched, skin, skin);
     let average = [
         step(KernelId::TrackAverage, counts.vertices, skin, slid),
         step(KernelId::TrackAverage, counts.vertices, slid, skin),
     ];
     let folds = if options.fold == FoldVolume::Closed { counts.folds } else { 0 };
+    if counts.muscles > 0 {
+        steps.push(step(KernelId::GroupBound, counts.groups, None, None));
+    }
     steps.push(step(KernelId::SkinDualQuaternion, counts.vertices, None, skinned));
     steps.push(step(KernelId::TrackStart, counts.vertices, skinned, skin));
     steps.push(step(KernelId::TrackPlace, counts.reaches, None, None));
@@ -274,7 +284,17 @@ mod tests {
     use super::*;
 
     fn counts(vertices: u32, muscles: u32, groups: u32) -> Counts {
-        Counts { vertices, joints: 2, muscles, points: 30, most_segments: 29, groups, reaches: 4, folds: 0 }
+        Counts {
+            vertices,
+            marched: vertices,
+            joints: 2,
+            muscles,
+            points: 30,
+            most_segments: 29,
+            groups,
+            reaches: 4,
+            folds: 0,
+        }
     }
 
     fn kernels(vertices: u32, muscles: u32, groups: u32, skinning: Skinning) -> Vec<KernelId> {
@@ -299,7 +319,7 @@ mod tests {
             TrackSpread,
         ];
         let expected = |muscles: &[KernelId]| [muscles, &tracked, &[Normals]].concat();
-        assert_eq!(kernels(10, 2, 3, Skinning::Implicit), expected(&[MuscleShape]));
+        assert_eq!(kernels(10, 2, 3, Skinning::Implicit), expected(&[MuscleShape, GroupBound]));
         assert_eq!(kernels(10, 0, 3, Skinning::Implicit), expected(&[]));
         assert_eq!(kernels(10, 2, 0, Skinning::Implicit), [SkinLinear, Normals]);
         assert_eq!(kernels(10, 2, 3, Skinning::DualQuaternion), [SkinDualQuaternion, Normals]);
@@ -318,7 +338,7 @@ mod tests {
         let kernels =
             |of_motion| steps.iter().filter(|s| s.is_of_motion() == of_motion).map(|s| s.kernel).collect::<Vec<_>>();
         let moved = [JointStep, MusclePredict, MuscleProject, MuscleProject, JointStep, MusclePredict, MuscleShape];
-        assert_eq!(kernels(true), [&moved[..], &[TrackCarry], &[TrackMarch; 3]].concat());
+        assert_eq!(kernels(true), [&moved[..], &[GroupBound, TrackCarry], &[TrackMarch; 6]].concat());
         assert_eq!(kernels(false), [TrackSpread, Normals]);
     }
 
@@ -331,7 +351,7 @@ mod tests {
         let steps = frame(&counts(10, 2, 3), &options, 0, 9);
         let kernels = |of: &dyn Fn(&Step) -> bool| steps.iter().filter(|s| of(s)).map(|s| s.kernel).collect::<Vec<_>>();
         let averages = [TrackAverage; 2];
-        let skinned = [SkinDualQuaternion, TrackStart, TrackPlace, TrackMarch];
+        let skinned = [GroupBound, SkinDualQuaternion, TrackStart, TrackPlace, TrackMarch];
         let expected = [&skinned[..], &averages, &averages, &[TrackMarch, TrackMarch, TrackSpread, Normals]].concat();
         assert_eq!(kernels(&|s| !s.is_of_motion()), expected, "whatever the number of sub-poses");
         assert_eq!(kernels(&Step::is_of_motion), [JointStep, MusclePredict, MuscleShape], "but its muscles go on");

@@ -61,11 +61,11 @@ fn a_schedule_is_printed_in_the_frames_order() {
     assert_eq!(found["dispatches"].as_u64(), Some(steps.len() as u64));
     let of = |kernel: &str| steps.iter().filter(|step| step["kernel"] == kernel).count() as u64;
     let sub_poses = found["sub_poses"].as_u64().expect("a number");
-    assert_eq!((of("track_carry"), of("track_march")), (sub_poses, 5 * sub_poses + 3));
+    assert_eq!((of("track_carry"), of("track_march")), (sub_poses, 5 * sub_poses + 6));
     assert_eq!(steps.last().expect("a step")["kernel"], "normals");
     let text = printed(&inspect(&["--schedule", "--frame", "2"]));
     let places: Vec<_> =
-        ["8 x {", "muscle_shape", "track_carry", "5 x {", "4 x track_slide", "3 x track_march", "normals"]
+        ["8 x {", "muscle_shape", "track_carry", "5 x {", "4 x track_slide", "6 x track_march", "normals"]
             .iter()
             .map(|word| text.find(word).unwrap_or_else(|| panic!("{word}: {text}")))
             .collect();
@@ -87,7 +87,9 @@ fn a_pose_by_itself_is_chosen_shown_and_explained() {
     assert!(moving.contains("joint_step") && moving.contains("track_average"), "{moving}");
     let explained = |v: &&str| json(&["--vertex", v, "--frame", "20", "--tracking", "single"]);
     let found = ["400", "900", "1300"].iter().map(explained).find(|found| found["role"] == "active").expect("active");
-    assert_eq!((found["sub_poses"].as_u64(), found["passes"].as_u64()), (Some(1), Some(18)), "{found}");
+    // Who has arrived sits out the last passes, but for the first of them.
+    let passes = found["passes"].as_u64().expect("a number");
+    assert!(found["sub_poses"] == 1 && (13..=18).contains(&passes), "{found}");
     let mut bake = sinew();
     bake.args(["bake", "-o", "none.pc2", "--tracking", "single", "--skinning", "linear"]).arg(asset("arm.glb"));
     let line = refusal(&bake.output().expect("runs"), 2);

@@ -29,9 +29,16 @@ fn main(
     }
     let instance = index / params.vertex_count;
     let vertex = index - instance * params.vertex_count;
-    let runs = params.sub_pose < ways[instance].count;
-    tracks[index].runs = select(select(0u, TRACK_ENDS, ways[instance].posed != 0u), TRACK_RUNS, runs);
-    if !runs || targets[vertex].role == ROLE_COPY {
+    if params.sub_pose >= ways[instance].count {
+        tracks[index].runs = 0u;
+        if ways[instance].posed != 0u {
+            tracks[index].runs = TRACK_ENDS;
+            tracks[index].passes = 0u;
+        }
+        return;
+    }
+    tracks[index].runs = TRACK_RUNS;
+    if targets[vertex].role == ROLE_COPY {
         return;
     }
     let first = (params.sub_pose * params.instance_count + instance) * params.joint_count;

@@ -1,5 +1,5 @@
-// One Newton step of every active vertex towards its rest iso-value (background 1.12). One thread per vertex of every
-// instance.
+// One Newton step of every active vertex towards its rest iso-value (background 1.12). One thread per such
+// vertex of every instance, in the order of `targets`, whose vertices are their `copy_of`.
 
 @group(0) @binding(0) var<uniform> params: TrackParams;
 @group(0) @binding(1) var<storage, read> groups: array<GroupFrame>;
@@ -13,7 +13,7 @@
 @group(0) @binding(9) var<uniform> curves: array<vec4<f32>, 523>;
 
 override MIN_GRADIENT_SQUARED: f32;
-override ROLE_ACTIVE: u32;
+override SETTLED: f32;
 override STOP_CONVERGED: u32;
 override STOP_NO_GRADIENT: u32;
 override STOP_SHORT: u32;
@@ -27,15 +27,20 @@ fn main(
     @builtin(num_workgroups) workgroups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = dispatch_index(group, workgroups, local);
-    if index >= params.vertex_count * params.instance_count {
+    let item = dispatch_index(group, workgroups, local);
+    if item >= params.marched_count * params.instance_count {
         return;
     }
-    let instance = index / params.vertex_count;
-    let goal = targets[index - instance * params.vertex_count];
-    var track = tracks[index];
-    let runs = track.runs == TRACK_RUNS || (params.projects != 0u && track.runs != 0u);
-    if !runs || goal.role != ROLE_ACTIVE || track.stop == STOP_NON_FINITE {
+    let instance = item / params.marched_count;
+    let goal = targets[item - instance * params.marched_count];
+    let index = instance * params.vertex_count + goal.copy_of;
+    let runs = tracks[index].runs;
+    let passes = tracks[index].passes;
+    if runs != TRACK_RUNS && (params.projects == 0u || runs == 0u) || tracks[index].stop == STOP_NON_FINITE {
+        return;
+    }
+    let relaxed = select(0u, params.passes, runs == TRACK_RUNS);
+    if params.projects != 0u && passes > relaxed && abs(tracks[index].normal.w) < SETTLED {
         return;
     }
     let place = FieldPlace(
@@ -53,19 +58,18 @@ fn main(
         tracks[index] = Track(vec4<f32>(0.0), vec4<f32>(0.0, 0.0, 0.0, 1.0), 0.0, STOP_NON_FINITE, 0u, 0u);
         return;
     }
-    track.passes++;
-    track.contact = found.contact;
+    tracks[index].passes = passes + 1u;
+    tracks[index].contact = found.contact;
     if squared < MIN_GRADIENT_SQUARED || found.group == FIELD_NO_GROUP {
-        track.normal = vec4<f32>(0.0, 0.0, 0.0, gap);
-        track.stop = STOP_NO_GRADIENT;
-        tracks[index] = track;
+        tracks[index].normal = vec4<f32>(0.0, 0.0, 0.0, gap);
+        tracks[index].stop = STOP_NO_GRADIENT;
         return;
     }
     let length = sqrt(squared);
     let unit = found.gradient / length;
-    track.normal = vec4<f32>(unit, gap);
-    track.stop = select(select(STOP_SHORT, STOP_PRESSED, found.contact > 0.0), STOP_CONVERGED, abs(gap) < params.tolerance);
-    tracks[index] = track;
+    tracks[index].normal = vec4<f32>(unit, gap);
+    let short = select(STOP_SHORT, STOP_PRESSED, found.contact > 0.0);
+    tracks[index].stop = select(short, STOP_CONVERGED, abs(gap) < params.tolerance);
     let at = place.group + found.group;
     let longest = params.max_step_radii * groups[at].grid.support_radius * groups[at].scale;
     let wanted = params.relaxation * -gap / length;

@@ -8,7 +8,6 @@
 @group(0) @binding(4) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read_write> tracks: array<Track>;
 
-override ROLE_COPY: u32;
 override TRACK_RUNS: u32;
 override TURNS: u32;
 override WEAKEST_TURN: f32;
@@ -26,7 +25,7 @@ fn main(
     let instance = index / params.vertex_count;
     let first = instance * params.vertex_count;
     let goal = targets[index - first];
-    if goal.role == ROLE_COPY || tracks[index].runs != TRACK_RUNS {
+    if goal.turns == 0u || tracks[index].runs != TRACK_RUNS {
         return;
     }
     let p = positions[index].xyz;

@@ -24,8 +24,17 @@ struct Neighbours {
 
 // Whether a group has no field at a point, seen through its own frame.
 fn contact_is_beyond(at: u32, p_posed: vec3<f32>) -> bool {
-    let away = p_posed - groups[at].bounds.xyz;
-    return groups[at].grid.muscle_begin == groups[at].grid.muscle_end && math_dot(away, away) > groups[at].bounds.w;
+    let bounds = groups[at].bounds;
+    let away = p_posed - bounds.xyz;
+    return bounds.w >= 0.0 && math_dot(away, away) > bounds.w;
+}
+
+// The group of a place; no group past the last.
+fn contact_seen(place: u32, end: u32) -> u32 {
+    if place < end {
+        return places[place].group;
+    }
+    return FIELD_NO_GROUP;
 }
 
 // `first..end` are the places through which the vertex sees groups in a way of its own, ascending by group.
@@ -33,19 +42,23 @@ fn contact_neighbours(place: FieldPlace, owner: u32, limit: f32, first: u32, end
     let none = Sample(0.0, vec3<f32>(0.0));
     var found = Neighbours(none, GroupSample(0.0, vec3<f32>(0.0), FIELD_NO_GROUP), 0u, none, 0.0);
     var next = first;
+    var seen = contact_seen(next, end);
     for (var g = 0u; g < place.group_count; g++) {
-        var to_rest = groups[place.group + g].to_rest;
+        var to_rest: mat4x4<f32>;
         var most = limit;
-        var beyond = contact_is_beyond(place.group + g, p_posed);
         var join = CONTACT_APART;
-        if next < end && places[next].group == g {
+        if g == seen {
             to_rest = places[next].to_rest;
             most = places[next].limit;
-            beyond = false;
             join = places[next].join;
             next++;
+            seen = contact_seen(next, end);
+        } else if contact_is_beyond(place.group + g, p_posed) {
+            continue;
+        } else {
+            to_rest = groups[place.group + g].to_rest;
         }
-        if groups[place.group + g].present == 0u || beyond {
+        if groups[place.group + g].present == 0u {
             continue;
         }
         let sample = field_group(place.group + g, to_rest, place, p_posed);

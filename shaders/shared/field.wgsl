@@ -46,7 +46,14 @@ fn field_group(at: u32, to_rest: mat4x4<f32>, place: FieldPlace, p_posed: vec3<f
     var limb = Sample(0.0, vec3<f32>(0.0));
     let u = math_transform_point(groups[at].grid.rest_to_grid, p_rest);
     if grid_holds(groups[at].grid, u) {
-        let raw = grid_sample(groups[at].grid, u) + fold_lift(groups[at].fold_start, p_rest) + fold_lift(groups[at].fold_end, p_rest);
+        var raw = grid_sample(groups[at].grid, u);
+        // Most groups do not fold; what a fold is made of need not be read for them.
+        if groups[at].fold_start.offset != 0.0 {
+            raw += fold_lift(groups[at].fold_start, p_rest);
+        }
+        if groups[at].fold_end.offset != 0.0 {
+            raw += fold_lift(groups[at].fold_end, p_rest);
+        }
         let t = field_transfer(raw.w, groups[at].grid.support_radius);
         limb = Sample(t.x, raw.xyz * t.y);
     }

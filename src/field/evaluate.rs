@@ -17,8 +17,9 @@ crate::gpu_struct! {
         pub to_rest: Mat4,
         /// The group's cached field.
         pub grid: GroupGrid,
-        /// Centre of a sphere around the grid's box, posed, and in `w` the square of its radius, metres: without muscles the
-        /// group has no field beyond it.
+        /// Centre of a sphere around the grid's box, posed, and in `w` the square of its radius, metres: the group has no field
+        /// beyond it. Negative where muscles may reach further and have not been looked at
+        /// ([`bound`](super::bound::bound)).
         pub bounds: Vec4,
         /// What its first joint displaces as it folds.
         pub fold_start: Fold,
@@ -57,7 +58,7 @@ impl GroupFrame {
     #[inline]
     pub fn is_beyond(&self, p_posed: Vec3) -> bool {
         let away = p_posed - self.bounds.truncate();
-        self.grid.muscle_begin == self.grid.muscle_end && away.dot(away) > self.bounds.w
+        self.bounds.w >= 0.0 && away.dot(away) > self.bounds.w
     }
 }
 

@@ -110,7 +110,8 @@ fn face_is_open(hrbf: &Hrbf, axes: DMat3, lo: DVec3, hi: DVec3, f: usize, suppor
 /// Raw distance (metres) and gradient of a group's field at a point in scene space at rest; `None` outside its box.
 ///
 /// `nodes` is the array that the grid's offset refers to. Plain f32 operations in a fixed order, for a kernel to
-/// repeat: `u = c0 x + c1 y + c2 z + c3`, `cell = min(floor(u), size - 2)`, then `a + (b - a) t` along x, y, z.
+/// repeat: `u = c0 x + c1 y + c2 z + c3`, `cell = min(u32(u), size - 2)`, then `a + (b - a) t` along x, y, z.
+#[inline]
 pub fn sample(grid: &GroupGrid, nodes: &[Vec4], p_rest: Vec3) -> Option<(f32, Vec3)> {
     let m = &grid.rest_to_grid;
     let u = m.x_axis.xyz() * p_rest.x + m.y_axis.xyz() * p_rest.y + m.z_axis.xyz() * p_rest.z + m.w_axis.xyz();
@@ -118,9 +119,8 @@ pub fn sample(grid: &GroupGrid, nodes: &[Vec4], p_rest: Vec3) -> Option<(f32, Ve
     if !(u.cmpge(Vec3::ZERO).all() && u.cmple((size - UVec3::ONE).as_vec3()).all()) {
         return None;
     }
-    let cell = u.floor().min((size - UVec3::splat(2)).as_vec3());
-    let t = u - cell;
-    let at = cell.as_uvec3();
+    let at = u.as_uvec3().min(size - UVec3::splat(2));
+    let t = u - at.as_vec3();
     let first = (grid.offset + at.x + grid.size_x * (at.y + grid.size_y * at.z)) as usize;
     let (row, layer) = (grid.size_x as usize, (grid.size_x * grid.size_y) as usize);
     let along_x = |k: usize| nodes[k] + (nodes[k + 1] - nodes[k]) * t.x;

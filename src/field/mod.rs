@@ -1,5 +1,6 @@
 //! Scalar fields: 0..=1 with compact support, surface at 0.5, gradient inward. Raw distances are negative inside.
 
+pub mod bound;
 pub mod compose;
 pub mod evaluate;
 pub mod fold;

@@ -26,6 +26,7 @@ fn words(kernel: KernelId, projects: bool, carries: bool) -> (&'static str, usiz
         KernelId::MusclePredict => ("muscles on by their own motion", 2),
         KernelId::MuscleProject => ("springs, bones, muscles, skin", 2),
         KernelId::MuscleShape => ("axes, length, width, section", 2),
+        KernelId::GroupBound => ("spheres around groups and muscles", 1),
         KernelId::TrackStart => ("skin from geometric skinning", 1),
         KernelId::TrackCarry => ("skin on with its joints", 1),
         KernelId::TrackPlace => ("groups as vertices see them", 1),
@@ -139,8 +140,8 @@ mod tests {
         let found = |name: &str| drawn.findings.iter().find(|f| f.name == name).expect("a finding").value;
         let sub_poses = found("sub-poses");
         assert!(sub_poses >= 1.0);
-        // Five passes of a march and four sweeps each, and three last marches.
-        assert_eq!(found("marches"), 5.0 * sub_poses + 3.0);
+        // Five passes of a march and four sweeps each, and six last marches.
+        assert_eq!(found("marches"), 5.0 * sub_poses + 6.0);
         assert_eq!(found("sweeps of relaxation"), 20.0 * sub_poses);
         assert_ne!(found("marches"), 5.0 * sub_poses, "without the last ones");
         assert!(drawn.image.width >= 900 && drawn.image.height >= 500, "{}", drawn.image.height);

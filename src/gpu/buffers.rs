@@ -286,6 +286,7 @@ pub(super) fn prepare(
         ("iterates", &b.iterates),
         ("wraps", &rig.wraps),
     ];
+    let bound = [("params", &b.muscle_params), ("muscles", &b.muscles), ("groups", &b.groups)];
     let normals = |positions| {
         [
             ("params", &b.normal_params),
@@ -303,6 +304,7 @@ pub(super) fn prepare(
         make(KernelId::MuscleShape, None, &shape)?,
         make(KernelId::MuscleJoint, None, &muscle_joint)?,
         make(KernelId::SkinHybrid, None, &hybrid)?,
+        make(KernelId::GroupBound, None, &bound)?,
         make(KernelId::Normals, Some(Positions::Skinned), &normals(&b.skinned))?,
         make(KernelId::Normals, Some(Positions::Tracked), &normals(&b.tracked))?,
     ];
@@ -344,7 +346,7 @@ fn march<'a>(rig: &'a RigBuffers, b: &'a Buffers, params: &'a wgpu::Buffer) -> [
         ("nodes", &rig.nodes),
         ("muscles", &b.muscles),
         ("axes", &b.axes),
-        ("targets", &rig.targets),
+        ("targets", &rig.marched),
         ("places", &b.places),
         ("positions", &b.skin),
         ("tracks", &b.tracks),

@@ -459,6 +459,7 @@ impl Instance {
 fn counts(rig: &RigBuffers) -> Counts {
     Counts {
         vertices: rig.rig.character.vertex_count() as u32,
+        marched: rig.rig.targets.marched.len() as u32,
         joints: rig.rig.character.joints.len() as u32,
         reaches: rig.rig.targets.reaches.len() as u32,
         folds: rig.rig.fold_patches.len() as u32,

@@ -16,6 +16,7 @@ pub struct RigBuffers {
     pub(super) wraps: wgpu::Buffer,
     pub(super) nodes: wgpu::Buffer,
     pub(super) targets: wgpu::Buffer,
+    pub(super) marched: wgpu::Buffer,
     pub(super) reaches: wgpu::Buffer,
     pub(super) blends: wgpu::Buffer,
     pub(super) edges: wgpu::Buffer,
@@ -45,7 +46,7 @@ impl RigBuffers {
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
         let bodies_rest = Arc::new(Bodies::new(&rig));
-        let data: [(&'static str, &[u8]); 24] = [
+        let data: [(&'static str, &[u8]); 25] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
@@ -53,6 +54,7 @@ impl RigBuffers {
             ("wraps", bytemuck::cast_slice(&rig.wraps)),
             ("field grids", bytemuck::cast_slice(&rig.nodes)),
             ("vertex targets", bytemuck::cast_slice(&rig.targets.vertices)),
+            ("marched targets", bytemuck::cast_slice(&rig.targets.marched)),
             ("reaches", bytemuck::cast_slice(&rig.targets.reaches)),
             ("blended joints", bytemuck::cast_slice(&rig.targets.blends)),
             ("skin edges", bytemuck::cast_slice(&rig.graph.edges)),
@@ -84,6 +86,7 @@ impl RigBuffers {
             wraps,
             nodes,
             targets,
+            marched,
             reaches,
             blends,
             edges,
@@ -114,6 +117,7 @@ impl RigBuffers {
             wraps,
             nodes,
             targets,
+            marched,
             reaches,
             blends,
             edges,

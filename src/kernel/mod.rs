@@ -5,6 +5,7 @@ pub mod dispatch;
 pub mod source;
 
 mod field_sample;
+mod group_bound;
 mod joint_step;
 mod muscle_joint;
 mod muscle_predict;
@@ -123,7 +124,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 23] = [
+pub const KERNELS: [Kernel; 24] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     skin_weighted::KERNEL,
@@ -134,6 +135,7 @@ pub const KERNELS: [Kernel; 23] = [
     muscle_shape::KERNEL,
     muscle_joint::KERNEL,
     track_start::KERNEL,
+    group_bound::KERNEL,
     track_carry::KERNEL,
     track_place::KERNEL,
     track_fold::KERNEL,
@@ -162,6 +164,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::MuscleShape => &muscle_shape::KERNEL,
         KernelId::MuscleJoint => &muscle_joint::KERNEL,
         KernelId::TrackStart => &track_start::KERNEL,
+        KernelId::GroupBound => &group_bound::KERNEL,
         KernelId::TrackCarry => &track_carry::KERNEL,
         KernelId::TrackPlace => &track_place::KERNEL,
         KernelId::TrackFold => &track_fold::KERNEL,

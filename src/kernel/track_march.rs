@@ -8,7 +8,7 @@ use crate::{
         evaluate::{GroupFrame, Place},
         muscle::{AxisPoint, MuscleFrame},
     },
-    rig::{Role, VertexTarget},
+    rig::VertexTarget,
     schedule::KernelId,
     tracking::{self, StopReason, Track, TrackParams},
 };
@@ -35,7 +35,7 @@ pub(super) const KERNEL: Kernel = Kernel {
     structs: STRUCTS,
     constants: &[
         ("MIN_GRADIENT_SQUARED", tracking::MIN_GRADIENT_SQUARED as f64),
-        ("ROLE_ACTIVE", Role::Active as u32 as f64),
+        ("SETTLED", tracking::SETTLED as f64),
         ("STOP_CONVERGED", StopReason::Converged as u32 as f64),
         ("STOP_NO_GRADIENT", StopReason::NoGradient as u32 as f64),
         ("STOP_SHORT", StopReason::Short as u32 as f64),

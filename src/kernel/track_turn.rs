@@ -2,7 +2,7 @@
 
 use super::{Binding, Kernel, SharedStruct, WORKGROUP, read, shared, source, uniform, write};
 use crate::{
-    rig::{Role, SkinEdge, VertexTarget},
+    rig::{SkinEdge, VertexTarget},
     schedule::KernelId,
     tracking::{self, Track, TrackParams},
 };
@@ -14,7 +14,6 @@ pub(super) const KERNEL: Kernel = Kernel {
     parts: &[source::DISPATCH, source::MATH, source::QUATERNION],
     structs: STRUCTS,
     constants: &[
-        ("ROLE_COPY", Role::Copy as u32 as f64),
         ("TRACK_RUNS", tracking::RUNS as f64),
         ("TURNS", tracking::TURNS as f64),
         ("WEAKEST_TURN", tracking::WEAKEST_TURN as f64),

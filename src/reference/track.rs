@@ -2,7 +2,7 @@
 
 use super::{Reference, Trace, counts};
 use crate::{
-    field::evaluate::Place,
+    field::{bound::bound, evaluate::Place},
     schedule::{FrameOptions, KernelId, Positions, Step},
     tracking::{self, AverageInput, CarryInput, FieldInput, FoldInput, RelaxInput, Skin, SubPose, TrackParams, Way},
 };
@@ -33,6 +33,10 @@ impl Reference<'_> {
         let targets = &rig.targets;
         let params = TrackParams::new(&counts(rig), 1, &options.track, step.sub_pose, step.projects);
         let UnderWay { way, sub_poses, still, slid, spans } = under_way;
+        if step.kernel == KernelId::GroupBound {
+            sub_poses.iter_mut().chain([still]).for_each(|at| bound(&mut at.groups, &trace.muscles));
+            return;
+        }
         let sub_pose = match sub_poses.iter_mut().rev().nth(step.sub_pose as usize) {
             Some(sub_pose) => sub_pose,
             None => still,
@@ -41,8 +45,7 @@ impl Reference<'_> {
             RelaxInput { targets: &targets.vertices, edges: &rig.graph.edges, positions_rest: &rig.positions_rest };
         match step.kernel {
             KernelId::TrackStart => tracking::start(way, &trace.skinned, &mut skin.positions, &mut skin.tracks),
-            // A skin that is in its pose already has nothing to be carried by.
-            KernelId::TrackCarry | KernelId::TrackPlace if step.sub_pose >= way.count => {}
+            KernelId::TrackPlace if step.sub_pose >= way.count => {}
             KernelId::TrackCarry => {
                 let input = CarryInput {
                     joints: &sub_pose.joints,

@@ -3,7 +3,7 @@
 use super::{Pose, Rig};
 use crate::{
     error::PoseError,
-    field::{GroupGrid, evaluate::GroupFrame, muscle::MuscleInput},
+    field::{GroupGrid, bound::ROUNDING, evaluate::GroupFrame, muscle::MuscleInput},
     math::polar,
 };
 use glam::{Mat4, Quat, UVec3, Vec4};
@@ -57,15 +57,16 @@ impl FrameInputs {
     }
 }
 
-/// A sphere around a grid's box as a joint poses it: its centre, and the square of its radius.
+/// A sphere around a grid's box as a joint poses it: its centre, and the square of its radius, negative where muscles may
+/// reach beyond it.
 fn sphere(grid: &GroupGrid, matrix: &Mat4) -> Vec4 {
     let last = UVec3::new(grid.size_x, grid.size_y, grid.size_z).as_vec3() - 1.0;
     let to_posed = *matrix * grid.rest_to_grid.inverse();
     let centre = to_posed.transform_point3(last * 0.5);
     let corner = |k: u32| last * UVec3::new(k & 1, k >> 1 & 1, k >> 2).as_vec3();
     let squared = (0..8).map(|k| to_posed.transform_point3(corner(k)).distance_squared(centre)).fold(0.0, f32::max);
-    // A little more for rounding.
-    centre.extend(squared * 1.0001)
+    let held = squared * ROUNDING;
+    centre.extend(if grid.muscle_begin < grid.muscle_end { -held } else { held })
 }
 
 /// The field groups of a rig whose joints take scene space at rest to scene space posed by `palette`.

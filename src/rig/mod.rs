@@ -32,5 +32,5 @@ pub use muscle::{Around, Attachment, MuscleShape, MuscleSize, MuscleSpec, Wrap};
 pub use muscle_joints::{MuscleJoint, MuscleJoints};
 pub use muscle_weights::{MuscleWeights, PaintedMuscle, WeightTarget};
 pub use skin_graph::{SkinEdge, SkinGraph};
-pub use targets::{NO_JOINT, Reach, Role, Targets, Unheld, VertexTarget};
+pub use targets::{NO_JOINT, Reach, Role, Targets, Unheld, VertexTarget, march_order};
 pub use topology::Topology;

@@ -37,8 +37,8 @@ crate::gpu_struct! {
         pub slides: u32,
         /// What the join of groups adds to the owner's field at rest.
         pub lift: f32,
-        /// Unused.
-        pub pad_0: u32,
+        /// 1 where its rotation is asked for: by itself or by a neighbour that slides.
+        pub turns: u32,
     }
 }
 
@@ -108,6 +108,8 @@ const SHOULDER_DRAW: f32 = 1.0;
 pub struct Targets {
     /// One per vertex.
     pub vertices: Vec<VertexTarget>,
+    /// Those of the active vertices once more, in the order of the device's march ([`march_order`]).
+    pub marched: Vec<VertexTarget>,
     /// Of all vertices; ascending by group within one.
     pub reaches: Vec<Reach>,
     /// Joints that reaches blend.
@@ -165,8 +167,34 @@ impl Targets {
             }
             target.reach_end = targets.reaches.len() as u32;
         }
+        targets.ask_for_turns(rig);
+        targets.marched = march_order(&targets.vertices, &targets.reaches);
         targets
     }
+
+    /// Marks the vertices whose rotations the relaxation reads.
+    fn ask_for_turns(&mut self, rig: &Rig) {
+        for v in 0..self.vertices.len() {
+            let VertexTarget { role, slides, edge_begin, edge_end, .. } = self.vertices[v];
+            if role == Role::Active as u32 && slides != 0 {
+                self.vertices[v].turns = 1;
+                for edge in &rig.graph.edges[edge_begin as usize..edge_end as usize] {
+                    self.vertices[edge.neighbour as usize].turns = 1;
+                }
+            }
+        }
+    }
+}
+
+/// The active vertices' targets, those side by side that look at the same field groups: threads that run in step then take the
+/// same way. A target's vertex is its `copy_of`, since active vertices are first copies.
+pub fn march_order(vertices: &[VertexTarget], reaches: &[Reach]) -> Vec<VertexTarget> {
+    let mut order: Vec<VertexTarget> = vertices.iter().filter(|t| t.role == Role::Active as u32).copied().collect();
+    order.sort_by_cached_key(|target| {
+        let seen = &reaches[target.reach_begin as usize..target.reach_end as usize];
+        (target.owner, seen.iter().map(|reach| reach.group).collect::<Vec<u32>>())
+    });
+    order
 }
 
 /// Fills in one vertex's target, and lists the groups that it sees in a way of its own.

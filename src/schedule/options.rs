@@ -51,7 +51,7 @@ pub struct TrackOptions {
     pub mode: Tracking,
     /// Passes of a sub-pose that relax the skin along the field after their step.
     pub passes: u32,
-    /// Passes after them, in the pose itself, that only take the step.
+    /// Passes after them, in the pose itself, that only take the step, of vertices that have not arrived.
     pub projections: u32,
     /// Sweeps of a relaxation: an even number, since positions go to and fro between two buffers.
     pub sweeps: u32,
@@ -85,7 +85,7 @@ impl Default for TrackOptions {
         TrackOptions {
             mode: Tracking::History,
             passes: 5,
-            projections: 3,
+            projections: 6,
             sweeps: 4,
             smoothings: 0,
             relaxation: 0.35,

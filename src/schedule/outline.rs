@@ -107,8 +107,17 @@ mod tests {
     use super::*;
 
     fn steps(sub_poses: u32) -> Vec<Step> {
-        let counts =
-            Counts { vertices: 9, joints: 2, muscles: 2, points: 8, most_segments: 3, groups: 2, reaches: 5, folds: 1 };
+        let counts = Counts {
+            vertices: 9,
+            marched: 9,
+            joints: 2,
+            muscles: 2,
+            points: 8,
+            most_segments: 3,
+            groups: 2,
+            reaches: 5,
+            folds: 1,
+        };
         let options = FrameOptions { dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
         frame(&counts, &options, 8, sub_poses)
     }
@@ -123,8 +132,9 @@ mod tests {
                 "joint_step",
                 "muscle_predict",
                 "muscle_shape",
+                "group_bound",
                 "3 x { track_carry, track_place, 5 x { track_fold, track_march, track_turn, track_span, 4 x track_slide } }",
-                "3 x track_march",
+                "6 x track_march",
                 "track_spread",
                 "normals",
             ]

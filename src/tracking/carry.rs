@@ -1,7 +1,7 @@
 //! Where the tracker starts in a sub-pose, and what of it goes to the copies at seams. Twins of the kernels `track_carry`,
 //! `track_place` and `track_spread`.
 
-use super::{RUNS, StopReason, Track, TrackJoint, TrackParams, Way, is_finite, point};
+use super::{ENDS, RUNS, StopReason, Track, TrackJoint, TrackParams, Way, is_finite, point};
 use crate::{
     field::evaluate::Place,
     math::{affine_inverse, smoothstep, transform_point},
@@ -30,10 +30,15 @@ pub struct CarryInput<'a> {
 
 /// Carries every vertex on from the sub-pose before, by its joints' motion blended linearly, and draws it to where linear
 /// skinning from the rest pose has it: wholly where it is passive, by the anchor where nothing presses it (prototypes 3).
+/// Without a sub-pose it only says what is left to do.
 pub fn carry(params: &TrackParams, way: &Way, input: &CarryInput, positions: &mut [Vec4], tracks: &mut [Track]) {
     let chunks = positions.par_chunks_mut(CHUNK).zip(tracks.par_chunks_mut(CHUNK)).enumerate();
     chunks.for_each(|(chunk, (positions, tracks))| {
         for (k, (position, track)) in positions.iter_mut().zip(tracks).enumerate() {
+            if params.sub_pose >= way.count {
+                (track.runs, track.passes) = if way.posed != 0 { (ENDS, 0) } else { (0, track.passes) };
+                continue;
+            }
             carry_one(params.anchor * way.turn, input, chunk * CHUNK + k, position, track);
         }
     });

@@ -1,6 +1,6 @@
 //! One Newton step of every vertex towards its rest iso-value (background 1.12). Twin of the kernel `track_march`.
 
-use super::{StopReason, Track, TrackParams, carry::CHUNK, not_finite, point};
+use super::{RUNS, StopReason, Track, TrackParams, carry::CHUNK, not_finite, point};
 use crate::{
     field::evaluate::{FieldInput, NO_GROUP, Place},
     rig::{Role, VertexTarget},
@@ -34,12 +34,22 @@ pub fn march(
     let chunks = positions.par_chunks_mut(CHUNK).zip(tracks.par_chunks_mut(CHUNK)).zip(targets.par_chunks(CHUNK));
     chunks.for_each(|((positions, tracks), targets)| {
         for ((position, track), target) in positions.iter_mut().zip(tracks).zip(targets) {
-            if target.role == Role::Active as u32 && track.stop != StopReason::NonFinite as u32 {
+            if target.role == Role::Active as u32 && track.stop != StopReason::NonFinite as u32 && !rests(params, track)
+            {
                 let own = &places[target.reach_begin as usize..target.reach_end as usize];
                 *position = step(params, field, target, own, point(position), track).extend(1.0);
             }
         }
     });
+}
+
+/// Field difference from which the last passes leave a vertex alone: their step before has left a fifth of it.
+pub(crate) const SETTLED: f32 = 1e-4;
+
+/// Whether a vertex has arrived in one of the last passes, between which nothing moves but its own step.
+fn rests(params: &TrackParams, track: &Track) -> bool {
+    let relaxed = if track.runs == RUNS { params.passes } else { 0 };
+    params.projects != 0 && track.passes > relaxed && track.normal.w.abs() < SETTLED
 }
 
 fn step(

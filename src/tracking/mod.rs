@@ -29,7 +29,7 @@ pub(crate) use carry::{OPEN_FROM, OPEN_RANGE};
 #[cfg(feature = "gpu")]
 pub(crate) use fold::{FOLD_GAIN, LEAST_FOLD_WEIGHT};
 #[cfg(feature = "gpu")]
-pub(crate) use march::MIN_GRADIENT_SQUARED;
+pub(crate) use march::{MIN_GRADIENT_SQUARED, SETTLED};
 #[cfg(feature = "gpu")]
 pub(crate) use relax::{TURNS, WEAKEST_TURN};
 
@@ -75,6 +75,14 @@ crate::gpu_struct! {
         pub contact_hold: f32,
         /// Joints that fold.
         pub fold_count: u32,
+        /// Passes that relax, before those that only take the step.
+        pub passes: u32,
+        /// Vertices that are marched.
+        pub marched_count: u32,
+        /// Unused.
+        pub pad_0: u32,
+        /// Unused.
+        pub pad_1: u32,
     }
 }
 
@@ -104,6 +112,9 @@ impl TrackParams {
             normal_weight: options.normal_weight,
             contact_hold: options.contact_hold,
             fold_count: counts.folds,
+            passes: options.passes,
+            marched_count: counts.marched,
+            ..TrackParams::default()
         }
     }
 }
@@ -131,7 +142,6 @@ crate::gpu_struct! {
 /// A vertex whose instance is in a sub-pose.
 pub(crate) const RUNS: u32 = 1;
 /// A vertex whose instance has no sub-pose here, and gets the last passes.
-#[cfg(feature = "gpu")]
 pub(crate) const ENDS: u32 = 2;
 
 impl Track {

@@ -28,7 +28,7 @@ impl<'a> RelaxInput<'a> {
     }
 }
 
-/// Turns every vertex's rotation to the one that takes its edges at rest nearest to what they are, and the field's normal
+/// Turns the rotation of every vertex that is asked for one to the one that takes its edges at rest nearest to what they are, and the field's normal
 /// at rest to what it is.
 ///
 /// `S = sum w e e0^T + wn (sum w |e0|²) n n0^T`, and the nearest rotation by a few steps of Müller's extraction (2016) in
@@ -37,7 +37,7 @@ pub fn turn(params: &TrackParams, input: &RelaxInput, positions: &[Vec4], tracks
     tracks.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, tracks)| {
         for (k, track) in tracks.iter_mut().enumerate() {
             let vertex = chunk * CHUNK + k;
-            if input.targets[vertex].role != Role::Copy as u32 {
+            if input.targets[vertex].turns != 0 {
                 track.rotation = turn_one(params, input, positions, vertex, track);
             }
         }

@@ -31,7 +31,7 @@ const FLAT: [Vec3; 6] = [
 
 impl Patch {
     fn new(neighbours: [Vec3; 6]) -> Patch {
-        let active = VertexTarget { role: Role::Active as u32, slides: 1, ..VertexTarget::default() };
+        let active = VertexTarget { role: Role::Active as u32, slides: 1, turns: 1, ..VertexTarget::default() };
         let mut targets = vec![VertexTarget { normal_rest: Vec3::Y.extend(0.0), edge_end: 6, ..active }];
         targets.extend((1..7).map(|copy_of| VertexTarget { copy_of, edge_begin: 6, edge_end: 6, slides: 0, ..active }));
         let edge = |k| SkinEdge { neighbour: k, weight: if neighbours == AXES { 1.0 } else { 0.2 + 0.3 * k as f32 } };
