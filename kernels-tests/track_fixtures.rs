@@ -8,7 +8,7 @@ use sinew::{
     math::product,
     rig::{Influence, NO_JOINT, Reach, Role, SkinEdge, VertexTarget},
     schedule::{Counts, KernelId, TrackOptions},
-    tracking::{CarryInput, RelaxInput, Track, TrackJoint, TrackParams, Way},
+    tracking::{AverageInput, CarryInput, RelaxInput, Track, TrackJoint, TrackParams, Way},
 };
 
 pub const JOINTS: usize = 4;
@@ -30,6 +30,8 @@ pub struct Crowd {
     pub influences: Vec<Influence>,
     pub targets: Vec<VertexTarget>,
     pub edges: Vec<SkinEdge>,
+    /// Random, not of any ring: one per edge, up to twice their mean.
+    pub mean_values: Vec<f32>,
     pub reaches: Vec<Reach>,
     pub blends: Vec<Influence>,
     pub positions: Vec<Vec4>,
@@ -47,6 +49,7 @@ impl Crowd {
             influences: Vec::new(),
             targets: Vec::new(),
             edges: Vec::new(),
+            mean_values: Vec::new(),
             reaches: Vec::new(),
             blends: Vec::new(),
             positions: Vec::new(),
@@ -98,6 +101,7 @@ impl Crowd {
             let others = neighbours.into_iter().filter(|&other| other != v);
             let weigh = |other| SkinEdge { neighbour: other as u32, weight: 0.001 + random.next().abs() };
             self.edges.extend(others.map(weigh));
+            self.mean_values.extend(self.edges[edge_begin as usize..].iter().map(|edge| 0.4 * edge.weight));
         }
         let edge_end = self.edges.len() as u32;
         let reach_begin = self.reaches.len() as u32;
@@ -137,13 +141,17 @@ impl Crowd {
     }
 
     pub fn params(&self, sub_pose: usize) -> TrackParams {
+        self.params_of(sub_pose, false)
+    }
+
+    pub fn params_of(&self, sub_pose: usize, projects: bool) -> TrackParams {
         let counts = Counts {
             vertices: self.count as u32,
             joints: JOINTS as u32,
             reaches: self.reaches.len() as u32,
             ..Counts::default()
         };
-        TrackParams::new(&counts, WAYS.len() as u32, &TrackOptions::default(), sub_pose as u32, false)
+        TrackParams::new(&counts, WAYS.len() as u32, &TrackOptions::default(), sub_pose as u32, projects)
     }
 
     /// Joints of one instance at a sub-pose.
@@ -165,6 +173,15 @@ impl Crowd {
         RelaxInput { targets: &self.targets, edges: &self.edges, positions_rest: &self.rest }
     }
 
+    pub fn average_input(&self) -> AverageInput<'_> {
+        AverageInput { targets: &self.targets, edges: &self.edges, mean_values: &self.mean_values }
+    }
+
+    /// Where geometric skinning would have all instances' vertices.
+    pub fn skinned(&self) -> Vec<Vec4> {
+        self.positions.iter().map(|p| Vec4::new(p.y, p.z, -p.x, 1.0)).collect()
+    }
+
     /// What the edges of all instances' vertices come to.
     pub fn spans(&self) -> Vec<Vec4> {
         let mut spans = vec![Vec4::ZERO; self.tracks.len()];
@@ -182,11 +199,22 @@ impl Crowd {
 
     /// Runs a kernel of the tracker; the outputs' lengths are in items, and one item behind them must stay as it is.
     pub fn gpu(&self, id: KernelId, sub_pose: usize, items: usize, outputs: &[(&str, usize)]) -> Option<Vec<Vec<u8>>> {
+        self.gpu_with(&self.params(sub_pose), id, items, outputs)
+    }
+
+    /// [`Crowd::gpu`] with other parameters.
+    pub fn gpu_with(
+        &self,
+        params: &TrackParams,
+        id: KernelId,
+        items: usize,
+        outputs: &[(&str, usize)],
+    ) -> Option<Vec<Vec<u8>>> {
         let gpu = gpu()?;
-        let params = self.params(sub_pose);
+        let skinned = self.skinned();
         let spans = self.spans();
-        let inputs: [(&str, &[u8]); 13] = [
-            ("params", bytemuck::bytes_of(&params)),
+        let inputs: [(&str, &[u8]); 15] = [
+            ("params", bytemuck::bytes_of(params)),
             ("joints", bytemuck::cast_slice(&self.joints)),
             ("ways", bytemuck::cast_slice(&WAYS)),
             ("positions_rest", bytemuck::cast_slice(&self.rest)),
@@ -194,6 +222,8 @@ impl Crowd {
             ("influences", bytemuck::cast_slice(&self.influences)),
             ("targets", bytemuck::cast_slice(&self.targets)),
             ("edges", bytemuck::cast_slice(&self.edges)),
+            ("mean_values", bytemuck::cast_slice(&self.mean_values)),
+            ("skinned", bytemuck::cast_slice(&skinned)),
             ("reaches", bytemuck::cast_slice(&self.reaches)),
             ("blends", bytemuck::cast_slice(&self.blends)),
             ("positions", bytemuck::cast_slice(&self.positions)),

@@ -172,7 +172,7 @@ impl<'a> Reference<'a> {
         let still = SubPose { groups: inputs.groups.clone(), ..SubPose::default() };
         let mut under_way = UnderWay { still, ..UnderWay::default() };
         if let Some(skin) = &mut motion.skin {
-            (under_way.way, under_way.sub_poses) = skin.path.advance(self.rig, pose, &options.track);
+            (under_way.way, under_way.sub_poses) = skin.lead(self.rig, pose, &options.track);
         }
         under_way
     }
@@ -297,6 +297,7 @@ impl<'a> Reference<'a> {
                 wrap::shape(&rig.muscles, &input, &mut trace.muscles, &mut trace.axes);
             }
             KernelId::GroupBound
+            | KernelId::TrackStart
             | KernelId::TrackCarry
             | KernelId::TrackPlace
             | KernelId::TrackFold
@@ -304,6 +305,7 @@ impl<'a> Reference<'a> {
             | KernelId::TrackTurn
             | KernelId::TrackSpan
             | KernelId::TrackSlide
+            | KernelId::TrackAverage
             | KernelId::TrackSpread => {
                 if let Some(skin) = &mut motion.skin {
                     self.track(step, options, skin, under_way, trace);

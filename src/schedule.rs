@@ -5,7 +5,9 @@
 mod options;
 mod outline;
 
-pub use options::{Contacts, DynamicsOptions, FoldVolume, FrameOptions, Mode, Skinning, Solver, TrackOptions};
+pub use options::{
+    Contacts, DynamicsOptions, FoldVolume, FrameOptions, Mode, Skinning, Solver, TrackOptions, Tracking,
+};
 pub use outline::{Entry, outline};
 
 /// A kernel, on whichever side it runs.
@@ -29,6 +31,8 @@ pub enum KernelId {
     MuscleShape,
     /// Muscles as joints.
     MuscleJoint,
+    /// Vertices to where geometric skinning has them.
+    TrackStart,
     /// Vertices to where a sub-pose's joints take them.
     TrackCarry,
     /// The frames through which vertices see the groups around them.
@@ -45,6 +49,8 @@ pub enum KernelId {
     TrackSpan,
     /// One sweep of relaxation along the field.
     TrackSlide,
+    /// One sweep of relaxation to the mean of neighbours.
+    TrackAverage,
     /// First copies' positions to all vertices.
     TrackSpread,
     /// Normals and output vertices.
@@ -89,6 +95,8 @@ pub struct Step {
     pub sub_pose: u32,
     /// Whether it is of the tracker's last passes.
     pub projects: bool,
+    /// Whether it moves a skin that no later frame starts from.
+    pub forgotten: bool,
 }
 
 impl Step {
@@ -96,7 +104,7 @@ impl Step {
     pub fn is_of_motion(&self) -> bool {
         use KernelId::{MuscleJoint, Normals, SkinDualQuaternion, SkinHybrid, SkinLinear, SkinWeighted, TrackSpread};
         let skins = matches!(self.kernel, SkinDualQuaternion | SkinHybrid | SkinLinear | SkinWeighted);
-        !skins && !matches!(self.kernel, MuscleJoint | Normals | TrackSpread)
+        !skins && !self.forgotten && !matches!(self.kernel, MuscleJoint | Normals | TrackSpread)
     }
 
     /// Whether it moves muscles.
@@ -157,7 +165,10 @@ pub fn frame(counts: &Counts, options: &FrameOptions, turns: u32, sub_poses: u32
     let last = match options.skinning {
         Skinning::Implicit if counts.groups > 0 => {
             muscles(counts, options, turns, &mut steps);
-            track(counts, &options.track, sub_poses, &mut steps);
+            match options.track.mode {
+                Tracking::History => track(counts, &options.track, sub_poses, &mut steps),
+                Tracking::SinglePose => track_alone(counts, &options.track, &mut steps),
+            }
             Positions::Tracked
         }
         Skinning::Weighted if counts.muscles > 0 => {
@@ -187,7 +198,7 @@ pub fn frame(counts: &Counts, options: &FrameOptions, turns: u32, sub_poses: u32
 }
 
 fn step(kernel: KernelId, items: u32, reads: Option<Positions>, writes: Option<Positions>) -> Step {
-    Step { kernel, items, reads, writes, outer: 0, carries: false, sub_pose: 0, projects: false }
+    Step { kernel, items, reads, writes, outer: 0, carries: false, sub_pose: 0, projects: false, forgotten: false }
 }
 
 fn muscles(counts: &Counts, options: &FrameOptions, turns: u32, steps: &mut Vec<Step>) {
@@ -236,6 +247,35 @@ fn track(counts: &Counts, options: &TrackOptions, sub_poses: u32, steps: &mut Ve
         steps.push(Step { projects: true, ..fold });
     }
     steps.extend((0..options.projections).map(|_| Step { projects: true, ..march }));
+    steps.push(step(KernelId::TrackSpread, counts.vertices, skin, Some(Positions::Tracked)));
+}
+
+/// A pose's skin from geometric skinning alone, in one sub-pose.
+fn track_alone(counts: &Counts, options: &TrackOptions, steps: &mut Vec<Step>) {
+    let (skinned, skin, slid) = (Some(Positions::Skinned), Some(Positions::Skin), Some(Positions::Slid));
+    let first = steps.len();
+    let march = step(KernelId::TrackMarch, counts.marched, skin, skin);
+    let average = [
+        step(KernelId::TrackAverage, counts.vertices, skin, slid),
+        step(KernelId::TrackAverage, counts.vertices, slid, skin),
+    ];
+    let folds = if options.fold == FoldVolume::Closed { counts.folds } else { 0 };
+    if counts.muscles > 0 {
+        steps.push(step(KernelId::GroupBound, counts.groups, None, None));
+    }
+    steps.push(step(KernelId::SkinDualQuaternion, counts.vertices, None, skinned));
+    steps.push(step(KernelId::TrackStart, counts.vertices, skinned, skin));
+    steps.push(step(KernelId::TrackPlace, counts.reaches, None, None));
+    for _ in 0..options.passes {
+        steps.push(step(KernelId::TrackFold, folds, skin, None));
+        steps.push(march);
+        (0..options.sweeps.div_ceil(2)).for_each(|_| steps.extend(average));
+    }
+    let last = steps.len();
+    (0..options.smoothings.div_ceil(2)).for_each(|_| steps.extend(average));
+    steps.extend((0..options.projections).map(|_| march));
+    steps[last..].iter_mut().for_each(|step| step.projects = true);
+    steps[first..].iter_mut().for_each(|step| step.forgotten = true);
     steps.push(step(KernelId::TrackSpread, counts.vertices, skin, Some(Positions::Tracked)));
 }
 
@@ -303,6 +343,24 @@ mod tests {
     }
 
     #[test]
+    fn a_pose_by_itself_starts_from_geometric_skinning_and_is_forgotten() {
+        use KernelId::*;
+        let track = TrackOptions { passes: 1, sweeps: 2, smoothings: 2, projections: 2, ..TrackOptions::single_pose() };
+        let dynamics = Some(DynamicsOptions::default());
+        let options = FrameOptions { track, dynamics, ..FrameOptions::default() };
+        let steps = frame(&counts(10, 2, 3), &options, 0, 9);
+        let kernels = |of: &dyn Fn(&Step) -> bool| steps.iter().filter(|s| of(s)).map(|s| s.kernel).collect::<Vec<_>>();
+        let averages = [TrackAverage; 2];
+        let skinned = [GroupBound, SkinDualQuaternion, TrackStart, TrackPlace, TrackMarch];
+        let expected = [&skinned[..], &averages, &averages, &[TrackMarch, TrackMarch, TrackSpread, Normals]].concat();
+        assert_eq!(kernels(&|s| !s.is_of_motion()), expected, "whatever the number of sub-poses");
+        assert_eq!(kernels(&Step::is_of_motion), [JointStep, MusclePredict, MuscleShape], "but its muscles go on");
+        assert_eq!(kernels(&|s| s.projects), [TrackAverage, TrackAverage, TrackMarch, TrackMarch]);
+        assert!(options.remembers() && !FrameOptions { dynamics: None, ..options }.remembers());
+        assert!(FrameOptions::default().remembers());
+    }
+
+    #[test]
     fn sub_poses_count_down_to_the_pose() {
         let steps = frame(&counts(10, 0, 3), &FrameOptions::default(), 0, 3);
         let carried: Vec<u32> = steps.iter().filter(|s| s.kernel == KernelId::TrackCarry).map(|s| s.sub_pose).collect();
@@ -316,10 +374,11 @@ mod tests {
     #[test]
     fn every_step_reads_what_an_earlier_one_wrote() {
         use Skinning::{DualQuaternion, Hybrid, Implicit, Linear, Weighted};
-        for skinning in [Implicit, Linear, DualQuaternion, Weighted, Hybrid] {
-            let options = FrameOptions { skinning, ..FrameOptions::default() };
+        let modes = [Implicit, Linear, DualQuaternion, Weighted, Hybrid].map(|s| (s, TrackOptions::default()));
+        for (skinning, track) in modes.into_iter().chain([(Implicit, TrackOptions::single_pose())]) {
+            let options = FrameOptions { skinning, track, ..FrameOptions::default() };
             // The skin is where the frame before left it.
-            let mut written = vec![Positions::Skin];
+            let mut written = if track.mode == Tracking::History { vec![Positions::Skin] } else { Vec::new() };
             for step in frame(&counts(5, 1, 1), &options, 2, 3) {
                 assert!(step.reads.is_none_or(|r| written.contains(&r)), "{step:?}");
                 written.extend(step.writes);

@@ -75,6 +75,28 @@ fn a_schedule_is_printed_in_the_frames_order() {
 }
 
 #[test]
+fn a_pose_by_itself_is_chosen_shown_and_explained() {
+    let text = printed(&inspect(&["--schedule", "--frame", "20", "--tracking", "single"]));
+    let places: Vec<_> =
+        ["skin_dual_quaternion", "track_start", "12 x {", "2 x track_average", "6 x track_march", "normals"]
+            .iter()
+            .map(|word| text.find(word).unwrap_or_else(|| panic!("{word}: {text}")))
+            .collect();
+    assert!(places.is_sorted() && !text.contains("track_carry") && !text.contains("joint_step"), "{text}");
+    let moving = printed(&inspect(&["--schedule", "--frame", "20", "--tracking", "single", "--dynamics", "xpbd"]));
+    assert!(moving.contains("joint_step") && moving.contains("track_average"), "{moving}");
+    let explained = |v: &&str| json(&["--vertex", v, "--frame", "20", "--tracking", "single"]);
+    let found = ["400", "900", "1300"].iter().map(explained).find(|found| found["role"] == "active").expect("active");
+    // Who has arrived sits out the last passes, but for the first of them.
+    let passes = found["passes"].as_u64().expect("a number");
+    assert!(found["sub_poses"] == 1 && (13..=18).contains(&passes), "{found}");
+    let mut bake = sinew();
+    bake.args(["bake", "-o", "none.pc2", "--tracking", "single", "--skinning", "linear"]).arg(asset("arm.glb"));
+    let line = refusal(&bake.output().expect("runs"), 2);
+    assert!(line.contains("--tracking single") && line.contains("--skinning implicit"), "{line}");
+}
+
+#[test]
 fn groups_tell_what_drives_them() {
     let found = json(&[]);
     let groups = found["groups"].as_array().expect("groups");

@@ -7,7 +7,7 @@ mod values;
 
 pub use dynamics::Dynamics;
 pub use muscles::{Muscles, MusclesCopy, MusclesMirror, MusclesPlot, MusclesVerb, MusclesWeights};
-pub use skin::Skin;
+pub use skin::{Skin, TrackingArg};
 pub use values::{Device, FrameRange, Size};
 
 use clap::{Args as Group, Parser, Subcommand, ValueEnum};
@@ -132,6 +132,9 @@ pub struct Inspect {
     /// Frames per second
     #[arg(long, default_value = "30", value_parser = parse_fps)]
     pub fps: f32,
+    /// Where the skin of a frame starts
+    #[arg(long, value_enum, default_value = "history", requires = "frame-of")]
+    pub tracking: TrackingArg,
     #[command(flatten)]
     pub dynamics: Dynamics,
     /// Threads of the field fits and of the reference [default: all cores]

@@ -83,7 +83,8 @@ impl Moves for Play<'_> {
 }
 
 pub fn run(args: &args::Inspect, scene: &Scene, muscles: &MuscleFile) -> Result<(), Failure> {
-    let options = load::options(args::Skin::DEFAULT, &args.dynamics, muscles, true)?;
+    let options =
+        load::options(args::Skin { tracking: args.tracking, ..args::Skin::DEFAULT }, &args.dynamics, muscles, true)?;
     let motion = args::Motion { clip: args.clip.clone(), frames: None, fps: args.fps };
     let frames = Frames::choose(&args.input.file, scene, &motion)?;
     let frame = args.frame.unwrap_or(FRAME.min(frames.range.last));

@@ -1,6 +1,6 @@
 //! From the command line to a rig and the frames to play.
 
-use crate::args::{Dynamics, FrameRange, Input, Motion, Skin};
+use crate::args::{Dynamics, FrameRange, Input, Motion, Skin, TrackingArg};
 use crate::failure::Failure;
 use crate::progress::Progress;
 use sinew::clip::{ClipChoice, Scene};
@@ -51,8 +51,15 @@ pub fn options(skin: Skin, dynamics: &Dynamics, muscles: &MuscleFile, fields: bo
     if by_weights(skin.skinning.into()) && muscles.muscles.is_empty() {
         return Err(Failure::input(WeightError::NoMuscles));
     }
-    let dynamics = dynamics.options()?.filter(|_| fields && !muscles.muscles.is_empty());
-    Ok(FrameOptions { skinning: skin.skinning.into(), dynamics, ..FrameOptions::default() })
+    let single = skin.tracking == TrackingArg::Single;
+    if single && Skinning::from(skin.skinning) != Skinning::Implicit {
+        let text = "--tracking single needs --skinning implicit: no other skinning starts from a frame before";
+        return Err(Failure::Usage(text.into()));
+    }
+    // A pose by itself has no motion for muscles to follow, unless one is asked for.
+    let moves = fields && !muscles.muscles.is_empty() && (!single || dynamics.is_asked());
+    let dynamics = dynamics.options()?.filter(|_| moves);
+    Ok(FrameOptions { skinning: skin.skinning.into(), track: skin.tracking.into(), dynamics })
 }
 
 /// Builds the rig; the paths of `input` are for messages. Without `fields`, which are what takes long, only geometric

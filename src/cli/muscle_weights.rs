@@ -29,7 +29,7 @@ pub fn run(args: &MusclesWeights) -> Result<(), Failure> {
     if muscles.muscles.is_empty() {
         return Err(Failure::Usage("muscles weights needs --muscles with a file that has some".into()));
     }
-    let options = load::options(Skin { skinning: args.skinning }, &args.dynamics, &muscles, true)?;
+    let options = load::options(Skin { skinning: args.skinning, ..Skin::DEFAULT }, &args.dynamics, &muscles, true)?;
     let hybrid = match options.skinning {
         Skinning::Hybrid => true,
         Skinning::Weighted => false,

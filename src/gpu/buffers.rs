@@ -324,6 +324,11 @@ pub(super) fn prepare(
     }
     let fold = fold(rig, b, &b.projection_params);
     prepared.push(in_sub_pose(make(KernelId::TrackFold, None, &fold)?, (0, true)));
+    for (params, projects) in [(&b.track_params[0], false), (&b.projection_params, true)] {
+        for prepared_step in track_alone(&make, rig, b, params)? {
+            prepared.push(in_sub_pose(prepared_step, (0, projects)));
+        }
+    }
     let march = march(rig, b, &b.projection_params);
     prepared.push(in_sub_pose(make(KernelId::TrackMarch, None, &march)?, (0, true)));
     Ok(prepared)
@@ -427,5 +432,32 @@ fn track(
         make(KernelId::TrackSlide, Some(Positions::Skin), &slide(&b.skin, &b.slid))?,
         make(KernelId::TrackSlide, Some(Positions::Slid), &slide(&b.slid, &b.skin))?,
         make(KernelId::TrackSpread, None, &spread)?,
+    ])
+}
+
+/// The kernels of a pose by itself.
+fn track_alone(
+    make: &impl Fn(KernelId, Option<Positions>, &[Bound]) -> Result<Prepared, SetupError>,
+    rig: &RigBuffers,
+    b: &Buffers,
+    params: &wgpu::Buffer,
+) -> Result<[Prepared; 3], SetupError> {
+    let start =
+        [("params", params), ("ways", &b.ways), ("skinned", &b.skinned), ("positions", &b.skin), ("tracks", &b.tracks)];
+    let average = |positions, averaged| {
+        [
+            ("params", params),
+            ("targets", &rig.targets),
+            ("edges", &rig.edges),
+            ("mean_values", &rig.mean_values),
+            ("tracks", &b.tracks),
+            ("positions", positions),
+            ("averaged", averaged),
+        ]
+    };
+    Ok([
+        make(KernelId::TrackStart, None, &start)?,
+        make(KernelId::TrackAverage, Some(Positions::Skin), &average(&b.skin, &b.slid))?,
+        make(KernelId::TrackAverage, Some(Positions::Slid), &average(&b.slid, &b.skin))?,
     ])
 }

@@ -11,7 +11,7 @@ use crate::{
     kernel::{dispatch, kernel, muscle_project, track_march},
     normals::NormalParams,
     rig::{FrameInputs, Pose},
-    schedule::{self, Counts, DynamicsOptions, FrameOptions, KernelId, Positions, Skinning, Step},
+    schedule::{self, Counts, DynamicsOptions, FrameOptions, KernelId, Positions, Skinning, Step, Tracking},
     skinning::{VertexParams, WeightedParams},
     tracking::{Path, Track, TrackParams, Way},
     wrap::MuscleParams,
@@ -179,13 +179,18 @@ impl Batch {
         let tracks = vec![Track::REST; self.rig.rig.positions_rest.len()];
         let tracks: &[u8] = bytemuck::cast_slice(&tracks);
         queue.write_buffer(&self.buffers.tracks, u64::from(instance) * tracks.len() as u64, tracks);
-        let offsets = vec![0u8; 4 * self.rig.rig.fold_patches.len()];
-        queue.write_buffer(&self.buffers.offsets, u64::from(instance) * offsets.len() as u64, &offsets);
+        self.unfold(queue, instance);
         let way = Way::default();
         let way = bytemuck::bytes_of(&way);
         queue.write_buffer(&self.buffers.ways, u64::from(instance) * way.len() as u64, way);
         self.paths[instance as usize] = Path::default();
         self.sub_poses[instance as usize] = 0;
+    }
+
+    /// Takes back what an instance's folding joints displace.
+    fn unfold(&self, queue: &wgpu::Queue, instance: u32) {
+        let offsets = vec![0u8; 4 * self.rig.rig.fold_patches.len()];
+        queue.write_buffer(&self.buffers.offsets, u64::from(instance) * offsets.len() as u64, &offsets);
     }
 
     /// Poses one instance. With dynamics, each pose moves the instance's muscles on to its time: encode and submit a frame
@@ -212,7 +217,10 @@ impl Batch {
 
     /// Writes the sub-poses that lead an instance's skin to a pose.
     fn lead(&mut self, queue: &wgpu::Queue, instance: u32, pose: &Pose) {
-        let (way, sub_poses) = self.paths[instance as usize].advance(&self.rig.rig, pose, &self.options.track);
+        let (way, sub_poses) = self.paths[instance as usize].lead(&self.rig.rig, pose, &self.options.track);
+        if self.options.track.mode == Tracking::SinglePose {
+            self.unfold(queue, instance);
+        }
         for (sub_pose, at) in (0..).zip(sub_poses.iter().rev()) {
             let place = u64::from(sub_pose * self.count + instance);
             let joints: &[u8] = bytemuck::cast_slice(&at.joints);
@@ -274,7 +282,7 @@ impl Batch {
     ) {
         let descriptor = wgpu::ComputePassDescriptor { label: Some("sinew.frame"), timestamp_writes };
         let mut pass = encoder.begin_compute_pass(&descriptor);
-        let last = self.steps.iter().rfind(|step| step.is_of_motion());
+        let last = self.steps.iter().rfind(|step| step.is_of_motion() || step.forgotten);
         let ends = last.is_some_and(&chosen);
         for step in self.steps.iter().filter(|step| chosen(step)) {
             let Some(prepared) = self.prepared(step) else { continue };

@@ -20,6 +20,7 @@ pub struct RigBuffers {
     pub(super) reaches: wgpu::Buffer,
     pub(super) blends: wgpu::Buffer,
     pub(super) edges: wgpu::Buffer,
+    pub(super) mean_values: wgpu::Buffer,
     pub(super) fold_patches: wgpu::Buffer,
     pub(super) fold_triangles: wgpu::Buffer,
     pub(super) weight_targets: wgpu::Buffer,
@@ -45,7 +46,7 @@ impl RigBuffers {
     pub fn upload(device: &wgpu::Device, rig: Arc<Rig>) -> Result<RigBuffers, SetupError> {
         let character = &rig.character;
         let bodies_rest = Arc::new(Bodies::new(&rig));
-        let data: [(&'static str, &[u8]); 24] = [
+        let data: [(&'static str, &[u8]); 25] = [
             ("positions at rest", bytemuck::cast_slice(&rig.positions_rest)),
             ("influence offsets", bytemuck::cast_slice(&character.influence_offsets)),
             ("influences", bytemuck::cast_slice(&character.influences)),
@@ -57,6 +58,7 @@ impl RigBuffers {
             ("reaches", bytemuck::cast_slice(&rig.targets.reaches)),
             ("blended joints", bytemuck::cast_slice(&rig.targets.blends)),
             ("skin edges", bytemuck::cast_slice(&rig.graph.edges)),
+            ("mean value coordinates", bytemuck::cast_slice(&rig.mean_values)),
             ("folds", bytemuck::cast_slice(&rig.fold_patches)),
             ("triangles of folds", bytemuck::cast_slice(&rig.fold_triangles)),
             ("vertices of muscle weights", bytemuck::cast_slice(&rig.weights.vertices)),
@@ -88,6 +90,7 @@ impl RigBuffers {
             reaches,
             blends,
             edges,
+            mean_values,
             fold_patches,
             fold_triangles,
             weight_targets,
@@ -118,6 +121,7 @@ impl RigBuffers {
             reaches,
             blends,
             edges,
+            mean_values,
             fold_patches,
             fold_triangles,
             weight_targets,

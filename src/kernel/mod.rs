@@ -18,6 +18,7 @@ mod skin_dual_quaternion;
 mod skin_hybrid;
 mod skin_linear;
 mod skin_weighted;
+mod track_average;
 mod track_carry;
 mod track_fold;
 pub(crate) mod track_march;
@@ -25,6 +26,7 @@ mod track_place;
 mod track_slide;
 mod track_span;
 mod track_spread;
+mod track_start;
 mod track_turn;
 
 use crate::schedule::KernelId;
@@ -122,7 +124,7 @@ impl Kernel {
 }
 
 /// Every kernel.
-pub const KERNELS: [Kernel; 22] = [
+pub const KERNELS: [Kernel; 24] = [
     skin_linear::KERNEL,
     skin_dual_quaternion::KERNEL,
     skin_weighted::KERNEL,
@@ -132,6 +134,7 @@ pub const KERNELS: [Kernel; 22] = [
     muscle_project::KERNEL,
     muscle_shape::KERNEL,
     muscle_joint::KERNEL,
+    track_start::KERNEL,
     group_bound::KERNEL,
     track_carry::KERNEL,
     track_place::KERNEL,
@@ -140,6 +143,7 @@ pub const KERNELS: [Kernel; 22] = [
     track_turn::KERNEL,
     track_span::KERNEL,
     track_slide::KERNEL,
+    track_average::KERNEL,
     track_spread::KERNEL,
     normals::KERNEL,
     field_sample::KERNEL,
@@ -159,6 +163,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::MuscleProject => &muscle_project::KERNEL,
         KernelId::MuscleShape => &muscle_shape::KERNEL,
         KernelId::MuscleJoint => &muscle_joint::KERNEL,
+        KernelId::TrackStart => &track_start::KERNEL,
         KernelId::GroupBound => &group_bound::KERNEL,
         KernelId::TrackCarry => &track_carry::KERNEL,
         KernelId::TrackPlace => &track_place::KERNEL,
@@ -167,6 +172,7 @@ pub fn kernel(id: KernelId) -> &'static Kernel {
         KernelId::TrackTurn => &track_turn::KERNEL,
         KernelId::TrackSpan => &track_span::KERNEL,
         KernelId::TrackSlide => &track_slide::KERNEL,
+        KernelId::TrackAverage => &track_average::KERNEL,
         KernelId::TrackSpread => &track_spread::KERNEL,
         KernelId::Normals => &normals::KERNEL,
         KernelId::FieldSample => &field_sample::KERNEL,

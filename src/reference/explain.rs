@@ -102,7 +102,7 @@ impl Reference<'_> {
         let target = rig.targets.vertices[vertex as usize];
         let v = vertex as usize;
         let inputs = FrameInputs::new(rig, pose)?;
-        let way = motion.skin.as_ref().map(|skin| skin.path.clone().advance(rig, pose, &options.track).1);
+        let way = motion.skin.as_ref().map(|skin| skin.path.clone().lead(rig, pose, &options.track).1);
         let way = way.unwrap_or_default();
         // As far as the first march, and no further.
         let mut carried = motion.clone();

@@ -4,7 +4,7 @@ use super::{Reference, Trace, counts};
 use crate::{
     field::{bound::bound, evaluate::Place},
     schedule::{FrameOptions, KernelId, Positions, Step},
-    tracking::{self, CarryInput, FieldInput, FoldInput, RelaxInput, Skin, SubPose, TrackParams, Way},
+    tracking::{self, AverageInput, CarryInput, FieldInput, FoldInput, RelaxInput, Skin, SubPose, TrackParams, Way},
 };
 use glam::Vec4;
 
@@ -44,6 +44,7 @@ impl Reference<'_> {
         let relax =
             RelaxInput { targets: &targets.vertices, edges: &rig.graph.edges, positions_rest: &rig.positions_rest };
         match step.kernel {
+            KernelId::TrackStart => tracking::start(way, &trace.skinned, &mut skin.positions, &mut skin.tracks),
             KernelId::TrackPlace if step.sub_pose >= way.count => {}
             KernelId::TrackCarry => {
                 let input = CarryInput {
@@ -91,6 +92,16 @@ impl Reference<'_> {
                     _ => (&skin.positions, slid),
                 };
                 tracking::slide(&params, &relax, &skin.tracks, spans, from, to);
+            }
+            KernelId::TrackAverage => {
+                slid.resize(skin.positions.len(), Vec4::ZERO);
+                let input =
+                    AverageInput { targets: &targets.vertices, edges: &rig.graph.edges, mean_values: &rig.mean_values };
+                let (from, to) = match step.reads {
+                    Some(Positions::Slid) => (&*slid, &mut skin.positions),
+                    _ => (&skin.positions, slid),
+                };
+                tracking::average(&params, &input, &skin.tracks, from, to);
             }
             KernelId::TrackSpread => {
                 trace.tracked.resize(skin.positions.len(), Vec4::ZERO);

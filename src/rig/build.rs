@@ -5,6 +5,7 @@ use super::{
     MuscleWeights, Pose, Role, SkinGraph, Targets, Topology, bone_fields, bones, fold_patch,
     groups::{FieldOptions, Fields, FitReport, FoldRest, GroupSpec, Swing, build_fields},
     joins::{Join, joins},
+    mean_value::mean_values,
     muscle::{self, BoneSpec, JointSpec},
 };
 use crate::math::{transform_point, transform_vector};
@@ -93,6 +94,8 @@ pub struct Rig {
     pub graph: SkinGraph,
     /// Where the skin goes, and how it sees the groups around it.
     pub targets: Targets,
+    /// Mean value coordinates of every vertex among its neighbours at rest, one per edge of `graph`; 0 where there are none.
+    pub mean_values: Vec<f32>,
     /// Which muscles take the skin with them where it has no field of its own.
     pub weights: MuscleWeights,
     /// The muscles as joints of linear skinning.
@@ -176,6 +179,7 @@ impl Rig {
             fold_triangles: Vec::new(),
             graph: SkinGraph::new(&character),
             targets: Targets::default(),
+            mean_values: Vec::new(),
             weights: MuscleWeights::default(),
             muscle_joints: MuscleJoints::default(),
             character,
@@ -312,6 +316,7 @@ impl Rig {
     /// Finds the skin's targets and weights with the muscles where they are at rest.
     fn aim(&mut self) {
         self.targets = Targets::new(self);
+        self.mean_values = mean_values(&self.character, &self.graph, &self.targets);
         self.weights = MuscleWeights::new(self);
         self.muscle_joints = MuscleJoints::new(self);
     }

@@ -9,6 +9,7 @@ mod fold_patch;
 mod frame;
 pub mod groups;
 mod joins;
+mod mean_value;
 pub mod muscle;
 pub mod muscle_file;
 mod muscle_joints;

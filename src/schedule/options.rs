@@ -34,15 +34,29 @@ pub enum FoldVolume {
     Open,
 }
 
+/// Where a frame's skin starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tracking {
+    /// Where the frame before has left it, moved by the joints (background 2).
+    #[default]
+    History,
+    /// At dual quaternion skinning of its pose: a frame depends on no other (Implicit Skinning 2013, background 1).
+    SinglePose,
+}
+
 /// Settings of the tracker (prototypes 3; background 1.12 and 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackOptions {
+    /// Where a frame's skin starts, and so how it is relaxed: with a history as rigidly as can be, else to the mean of neighbours.
+    pub mode: Tracking,
     /// Passes of a sub-pose that relax the skin along the field after their step.
     pub passes: u32,
     /// Passes after them, in the pose itself, that only take the step, of vertices that have not arrived.
     pub projections: u32,
     /// Sweeps of a relaxation: an even number, since positions go to and fro between two buffers.
     pub sweeps: u32,
+    /// Sweeps between the two, an even number as well, that smooth a single pose's skin where it presses against skin.
+    pub smoothings: u32,
     /// Share of the Newton step that is taken: .35 in Implicit Skinning's implementations.
     pub relaxation: f32,
     /// Share of it in the last passes.
@@ -69,9 +83,11 @@ pub struct TrackOptions {
 impl Default for TrackOptions {
     fn default() -> Self {
         TrackOptions {
+            mode: Tracking::History,
             passes: 5,
             projections: 6,
             sweeps: 4,
+            smoothings: 0,
             relaxation: 0.35,
             projection: 0.8,
             tolerance: 1e-3,
@@ -87,6 +103,18 @@ impl Default for TrackOptions {
 }
 
 impl TrackOptions {
+    /// Settings for frames that depend on no other.
+    pub fn single_pose() -> TrackOptions {
+        TrackOptions {
+            mode: Tracking::SinglePose,
+            passes: 12,
+            sweeps: 2,
+            smoothings: 2,
+            projections: 6,
+            ..TrackOptions::default()
+        }
+    }
+
     /// Most sub-poses of one pose.
     pub const MOST_SUB_POSES: u32 = 18;
 
@@ -226,7 +254,7 @@ impl FrameOptions {
     /// Whether a frame depends on those before it.
     pub fn remembers(&self) -> bool {
         match self.skinning {
-            Skinning::Implicit => true,
+            Skinning::Implicit => self.track.mode == Tracking::History || self.dynamics.is_some(),
             Skinning::Weighted | Skinning::Hybrid => self.dynamics.is_some(),
             Skinning::Linear | Skinning::DualQuaternion => false,
         }

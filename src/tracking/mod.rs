@@ -5,7 +5,11 @@
 //! groups around them through frames of their own ([`place`]); then passes of one Newton step each ([`march`]) alternate
 //! with relaxation along the field ([`turn`], [`span`], [`slide`]), and the last passes only project. What a frame leaves behind is
 //! where the next one starts.
+//!
+//! Or a pose is reached from dual quaternion skinning of its own ([`start`]), and relaxes towards the mean of neighbours
+//! ([`average`]): then no frame depends on another.
 
+mod average;
 mod carry;
 mod fold;
 mod march;
@@ -13,6 +17,7 @@ mod path;
 mod relax;
 
 pub use crate::field::evaluate::FieldInput;
+pub use average::{AverageInput, average, start};
 pub use carry::{CarryInput, carry, drawn_share, place, spread};
 pub use fold::{FOLD_LANES, FoldInput, fold};
 pub use march::{march, sample};
@@ -30,7 +35,8 @@ pub(crate) use relax::{TURNS, WEAKEST_TURN};
 
 use crate::{
     field::evaluate::Place,
-    schedule::{Counts, TrackOptions},
+    rig::{Pose, Rig},
+    schedule::{Counts, TrackOptions, Tracking},
 };
 use glam::{Vec4, Vec4Swizzles};
 
@@ -225,6 +231,14 @@ impl Skin {
             offsets: vec![0.0; folds],
             path: Path::default(),
         }
+    }
+
+    /// The sub-poses that lead the skin to a pose: from where it is, or at once, and then nothing is left of what it was.
+    pub fn lead(&mut self, rig: &Rig, pose: &Pose, options: &TrackOptions) -> (Way, Vec<SubPose>) {
+        if options.mode == Tracking::SinglePose {
+            self.offsets.fill(0.0);
+        }
+        self.path.lead(rig, pose, options)
     }
 }
 

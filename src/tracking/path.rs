@@ -4,7 +4,7 @@ use crate::{
     field::evaluate::GroupFrame,
     math::{affine_inverse, polar, product},
     rig::{Pose, Rig, Role, group_frames},
-    schedule::TrackOptions,
+    schedule::{TrackOptions, Tracking},
 };
 use glam::{Mat4, Quat, Vec3, Vec4};
 
@@ -54,6 +54,22 @@ const STILL_TURN: f32 = 1e-5;
 const STILL_SHARE: f32 = 1e-6;
 
 impl Path {
+    /// The sub-poses to a pose as the options have it: [`Path::advance`] or [`Path::leap`].
+    pub fn lead(&mut self, rig: &Rig, pose: &Pose, options: &TrackOptions) -> (Way, Vec<SubPose>) {
+        match options.mode {
+            Tracking::History => self.advance(rig, pose, options),
+            Tracking::SinglePose => self.leap(rig, pose),
+        }
+    }
+
+    /// A pose as the only sub-pose, whatever came before: nothing is carried there. The path then stands there.
+    pub fn leap(&mut self, rig: &Rig, pose: &Pose) -> (Way, Vec<SubPose>) {
+        self.palette.clone_from(&pose.palette);
+        let sub_pose =
+            SubPose { joints: joints(rig, &pose.palette, &pose.palette), groups: group_frames(rig, &pose.palette) };
+        (Way { count: 1, turn: 0.0, posed: 1 }, vec![sub_pose])
+    }
+
     /// The sub-poses from here to a pose, which is the last one of them: none where it is the pose that the skin is in already. The
     /// path then stands there.
     ///
@@ -132,7 +148,10 @@ impl Turn {
     }
 
     fn differs(&self, other: &Turn) -> bool {
-        self.rotation.angle_between(other.rotation) > STILL_TURN || !self.stretch.abs_diff_eq(other.stretch, STILL_TURN)
+        // The chord: an angle from a rounded cosine is off by up to 1e-3, and equal rotations would differ.
+        let (a, b) = (Vec4::from(self.rotation), Vec4::from(other.rotation));
+        let turn = 2.0 * (a - b).length().min((a + b).length());
+        turn > STILL_TURN || !self.stretch.abs_diff_eq(other.stretch, STILL_TURN)
     }
 }
 

@@ -319,6 +319,11 @@ fn who_stands_still_has_no_sub_poses() {
     assert!((counts[6].turn - 1.1 / 20.0).abs() < 1e-4, "{}", counts[6].turn);
     let lifted = posed(&rig, elbow(&rig), 55.0, Mat4::from_translation(Vec3::Y * 1e-3));
     assert_eq!(path.advance(&rig, &lifted, &options).0.count, 1, "a millimetre of lift");
+    for degrees in 0..400 {
+        let held = posed(&rig, elbow(&rig), 0.3 * degrees as f32, Mat4::from_rotation_y(0.01 * degrees as f32));
+        path.advance(&rig, &held, &options);
+        assert_eq!(path.advance(&rig, &held, &options).0.count, 0, "{degrees}: a pose that is held");
+    }
 }
 
 #[test]

@@ -8,9 +8,9 @@ use std::str::FromStr;
 /// How muscles move, where skinning is implicit.
 #[derive(Clone, Debug, Default, Group)]
 pub struct Dynamics {
-    /// Whether muscles move, and how their stiffness is understood
-    #[arg(long, value_enum, value_name = "MODE", default_value = "xpbd")]
-    pub dynamics: ModeArg,
+    /// Whether muscles move, and how their stiffness is understood [default: xpbd; off with --tracking single]
+    #[arg(long, value_enum, value_name = "MODE")]
+    pub dynamics: Option<ModeArg>,
     /// In what order a muscle's constraints are solved [default: red-black]
     #[arg(long, value_enum)]
     pub solver: Option<SolverArg>,
@@ -83,18 +83,28 @@ fn parse_frequency(text: &str) -> Result<f32, String> {
 }
 
 impl Dynamics {
+    /// Whether muscles in motion are asked for, or set up, by name.
+    pub fn is_asked(&self) -> bool {
+        self.dynamics.is_some() || self.setting().is_some()
+    }
+
+    /// The first flag given that says how muscles move.
+    fn setting(&self) -> Option<&'static str> {
+        let set = [
+            ("--solver", self.solver.is_some()),
+            ("--frequency", self.frequency.is_some()),
+            ("--no-contacts", !self.no_contacts.is_empty()),
+            ("--iterations", self.iterations.is_some()),
+        ];
+        set.into_iter().find(|(_, set)| *set).map(|(flag, _)| flag)
+    }
+
     /// What is asked for; none without dynamics.
     pub fn options(&self) -> Result<Option<DynamicsOptions>, Failure> {
-        let mode = match self.dynamics {
+        let mode = match self.dynamics.unwrap_or_default() {
             ModeArg::Off => {
-                let set = [
-                    ("--solver", self.solver.is_some()),
-                    ("--frequency", self.frequency.is_some()),
-                    ("--no-contacts", !self.no_contacts.is_empty()),
-                    ("--iterations", self.iterations.is_some()),
-                ];
-                return match set.iter().find(|(_, set)| *set) {
-                    Some((flag, _)) => Err(Failure::Usage(format!("{flag} needs --dynamics xpbd or pbd"))),
+                return match self.setting() {
+                    Some(flag) => Err(Failure::Usage(format!("{flag} needs --dynamics xpbd or pbd"))),
                     None => Ok(None),
                 };
             }
