@@ -177,6 +177,7 @@ fn extracted_muscles_give_a_bent_arm_its_girth() {
     for girths in [implicit, hybrid] {
         assert!((0.04..0.12).contains(&most(girths)), "{girths:?}");
     }
-    // The fold gives volume back beside the elbow; what the muscles add is in the belly's middle.
-    assert!(implicit[1] > without[1] + 0.005, "{implicit:?} with, {without:?} without");
+    // The fold gives volume back beside the elbow, and the muscles add to that.
+    let sum = |girths: [f64; 3]| girths.iter().sum::<f64>();
+    assert!(sum(implicit) > sum(without) + 0.02, "{implicit:?} with, {without:?} without");
 }

@@ -95,7 +95,7 @@ mod on_device {
         let mut film = film(headless, &args.compute.device, &set)?;
         film.tint = match args.view {
             ViewArg::Crease => Some(Tint::Folds(Folds::of(&rig))),
-            ViewArg::Compare => Some(Tint::Against(Against::of(&rig))),
+            ViewArg::Compare => Some(Tint::Against(Box::new(Against::of(&rig)))),
             ViewArg::Skin | ViewArg::Xray | ViewArg::Muscles => None,
         };
         let began = Instant::now();
@@ -185,7 +185,7 @@ mod on_device {
         /// How it is creased.
         Folds(Folds),
         /// How far it is from linear skinning.
-        Against(Against),
+        Against(Box<Against>),
     }
 
     /// What is filmed, and from where.

@@ -51,14 +51,14 @@ const SAME_BREADTH: f64 = 0.3;
 const NEARER_BELOW: f64 = 0.45;
 /// Where a muscle ends on the bone behind the joint above it and the one below, in lengths of that bone, and how much of its
 /// distance from it is left there.
-const TENDON_SHARE: [f64; 2] = [0.1, 0.15];
+const TENDON_SHARE: [f64; 2] = [0.02, 0.15];
 const TENDON_OFF: f64 = 0.8;
 /// A muscle's radius in distances of its tip from the bone's axis, at most: bone and fat have the rest.
 const ROOM: f64 = 0.35;
 /// Half its depth in the same distances, at most: it lies between bone and skin.
 const HALF_ROOM: f64 = 0.45;
 /// Full activation has this much more on either exponent: as in paper A's default the belly is fuller and shorter; it stays in its place.
-const ACTIVE_MORE: u32 = 2;
+const ACTIVE_MORE: u32 = 1;
 
 /// Where a muscle was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
