@@ -1,12 +1,17 @@
-//! What muscles do to skin: the dense arm of the test data at full flexion of its curl, with the fixture's muscles.
+//! What muscles do to skin: the dense arm of the test data at full flexion of its curl, with the fixture's muscles and with those
+//! that extraction finds in it.
 
 use crate::support::data;
-use glam::{Mat4, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
+use glam::{DVec2, DVec3, Mat4, Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
 use sinew::{
     clip::Scene,
     dynamics,
+    extract::{
+        self,
+        section::{Plane, Surface, cut},
+    },
     reference::{Motion, Reference},
-    rig::{BuildOptions, Pose, Rig, muscle_file},
+    rig::{BuildOptions, Character, MuscleSpec, Pose, Rig, muscle_file, roles::Roles},
     schedule::{DynamicsOptions, FrameOptions, Skinning},
 };
 use std::path::Path;
@@ -22,12 +27,17 @@ struct Arm {
 impl Arm {
     /// The arm with the fixture's muscles, or with none.
     fn new(muscles: bool) -> Option<Arm> {
-        let scene = sinew::io::gltf::read(&data()?.join("humans/arm_nohand_dense_2172.glb")).expect("the arm");
         let path =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("kernels-tests/fixtures/arm_nohand_dense_2172.muscles.toml");
         let file = muscle_file::read(&path).expect("the fixture");
-        let muscles = if muscles { file.muscles.as_slice() } else { &[] };
-        let mut rig = Rig::build(scene.character.clone(), muscles, &BuildOptions::default()).expect("a rig");
+        Arm::with(|_| if muscles { file.muscles.clone() } else { Vec::new() })
+    }
+
+    /// The arm with muscles that may be found in it.
+    fn with(muscles: impl Fn(&Character) -> Vec<MuscleSpec>) -> Option<Arm> {
+        let scene = sinew::io::gltf::read(&data()?.join("humans/arm_nohand_dense_2172.glb")).expect("the arm");
+        let muscles = muscles(&scene.character);
+        let mut rig = Rig::build(scene.character.clone(), &muscles, &BuildOptions::default()).expect("a rig");
         dynamics::settle(&mut rig, &DynamicsOptions::default());
         Some(Arm { scene, rig })
     }
@@ -39,10 +49,15 @@ impl Arm {
     /// The bent arm in the space of the upper arm's bone, metres, Y along the bone and Z front: implicitly skinned, its
     /// muscles simulated over the whole curl, and linearly skinned.
     fn skins(&self) -> [Vec<Vec3>; 2] {
+        self.skinned([Skinning::Implicit, Skinning::Linear])
+    }
+
+    /// The same by other skinnings.
+    fn skinned<const N: usize>(&self, skinnings: [Skinning; N]) -> [Vec<Vec3>; N] {
         let pose = self.pose(BENT);
         let joint = self.rig.character.joints.iter().position(|j| j.name == "upperarm_l").expect("the upper arm");
         let to_bone: Mat4 = (pose.palette[joint] * self.rig.character.joints[joint].bind()).inverse();
-        [Skinning::Implicit, Skinning::Linear].map(|skinning| {
+        skinnings.map(|skinning| {
             let options =
                 FrameOptions { skinning, dynamics: Some(DynamicsOptions::default()), ..FrameOptions::default() };
             let reference = Reference::new(&self.rig);
@@ -52,6 +67,28 @@ impl Arm {
             }
             let trace = reference.next(&mut motion, &pose, &options).expect("a frame");
             trace.positions().iter().map(|p: &Vec4| to_bone.transform_point3(p.xyz())).collect()
+        })
+    }
+
+    /// Girths of the upper arm across its bone at 30, 40 and 50 % of it, metres.
+    fn girths(&self, skin: &[Vec3]) -> [f64; 3] {
+        let character = &self.rig.character;
+        let joint = |name: &str| character.joints.iter().position(|j| j.name == name).expect("a joint");
+        let (upper, lower) = (joint("upperarm_l"), joint("lowerarm_l"));
+        let length = (character.joints[upper].bind().inverse() * character.joints[lower].bind()).w_axis.y;
+        let own = |v: u32| {
+            let most = character.influences_of(v as usize).iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+            most.is_some_and(|most| most.joint as usize == upper)
+        };
+        let surface = Surface {
+            positions_rest: skin.iter().map(|p| p.as_dvec3()).collect(),
+            triangles: character.triangles.iter().filter(|t| t.iter().all(|&v| own(v))).copied().collect(),
+            ..Surface::default()
+        };
+        [0.3, 0.4, 0.5].map(|share| {
+            let plane = Plane::across(DVec3::Y * f64::from(length) * share, DVec3::Y, DVec3::X);
+            let round = cut(&surface, &plane).into_iter().filter(|cut| cut.surrounds(DVec2::ZERO));
+            round.map(|cut| cut.length()).next().expect("the arm's outline")
         })
     }
 
@@ -111,4 +148,36 @@ fn the_biceps_lifts_the_skin_at_full_flexion_smoothly() {
     let without = mean(&bare.rises(&bare.skins(), 0.3, 0.55));
     assert!(without < 4e-3, "without muscles: {without}");
     assert!(mean(&belly) > without + 2e-3, "{} with, {without} without", mean(&belly));
+}
+
+/// How much larger girths are than those of linear skinning.
+fn over(girths: [f64; 3], linear: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| girths[k] / linear[k] - 1.0)
+}
+
+fn most(shares: [f64; 3]) -> f64 {
+    shares.into_iter().fold(f64::MIN, f64::max)
+}
+
+#[test]
+fn extracted_muscles_give_a_bent_arm_its_girth() {
+    let found = |character: &Character| {
+        let extraction = extract::extract(character, &Roles::find(character), &[]).expect("muscles");
+        extraction.muscles.into_iter().map(|m| m.spec).collect::<Vec<_>>()
+    };
+    let Some(arm) = Arm::with(found) else { return };
+    let bare = Arm::new(false).expect("as above");
+    let [implicit, hybrid, linear] = arm.skinned([Skinning::Implicit, Skinning::Hybrid, Skinning::Linear]);
+    let linear = arm.girths(&linear);
+    let [implicit, hybrid] = [implicit, hybrid].map(|skin| over(arm.girths(&skin), linear));
+    let without = over(arm.girths(&bare.skins()[0]), linear);
+    println!(
+        "girth over linear skinning at 30, 40, 50 %: implicit {implicit:.3?} hybrid {hybrid:.3?} bare {without:.3?}"
+    );
+    for girths in [implicit, hybrid] {
+        assert!((0.04..0.12).contains(&most(girths)), "{girths:?}");
+    }
+    // The fold gives volume back beside the elbow, and the muscles add to that.
+    let sum = |girths: [f64; 3]| girths.iter().sum::<f64>();
+    assert!(sum(implicit) > sum(without) + 0.02, "{implicit:?} with, {without:?} without");
 }

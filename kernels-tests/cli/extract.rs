@@ -136,6 +136,82 @@ fn a_marked_region_yields_its_muscle() {
 }
 
 #[test]
+fn marks_in_the_file_count_like_those_of_the_command() {
+    let Some(data) = data() else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("human.muscles.toml");
+    let man = data.join("humans/mh_male_athletic.glb");
+    let mark = "# Mine.\n[[mark]]\nregion = \"thigh_l\"\ndegrees = [60, 120]\nname = \"vastus\"\n";
+    std::fs::write(&out, mark).expect("written");
+    printed(&extract(&man, &out));
+    let text = std::fs::read_to_string(&out).expect("a file");
+    let file = muscle_file::read(&out).expect("a good file");
+    assert!(text.starts_with("# Mine.") && file.marks.len() == 1 && file.muscle("vastus_l").is_some());
+    assert!(file.muscle("vastus_r").is_none());
+    std::fs::write(&out, mark.replace("thigh_l", "nose")).expect("written");
+    let refused = extract(&man, &out);
+    let errors = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(3) && errors.contains("no such region"), "{errors}");
+    assert_eq!(std::fs::read_to_string(&out).expect("a file"), mark.replace("thigh_l", "nose"), "nothing is written");
+}
+
+/// Volume of an object's triangles, cubic metres, and whether every edge has two.
+fn closed_volume(text: &str, name: &str) -> (f64, bool) {
+    let numbers = |line: &str| line.split(' ').skip(1).map(|w| w.to_owned()).collect::<Vec<String>>();
+    let corners: Vec<glam::DVec3> = text
+        .lines()
+        .filter(|line| line.starts_with("v "))
+        .map(|line| {
+            let p: Vec<f64> = numbers(line).iter().map(|w| w.parse().expect("a number")).collect();
+            glam::DVec3::new(p[0], p[1], p[2])
+        })
+        .collect();
+    let object = text.split("\no ").find(|part| part.trim_start_matches("o ").lines().next() == Some(name));
+    let faces = object.expect("the object").lines().filter(|line| line.starts_with("f "));
+    let mut edges = std::collections::HashMap::new();
+    let mut volume = 0.0;
+    for face in faces {
+        let index = |w: &String| w.split('/').next().and_then(|i| i.parse::<usize>().ok()).expect("an index") - 1;
+        let t: Vec<usize> = numbers(face).iter().map(index).collect();
+        let [a, b, c] = [0, 1, 2].map(|k| corners[t[k]]);
+        volume += a.dot(b.cross(c)) / 6.0;
+        (0..3).for_each(|k| *edges.entry((t[k], t[(k + 1) % 3])).or_insert(0) += 1);
+    }
+    (volume, edges.iter().all(|((a, b), n)| *n == 1 && edges.get(&(*b, *a)) == Some(&1)))
+}
+
+#[test]
+fn muscles_are_lofted_and_move_with_the_bones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, meshes) = (folder.path().join("arm.muscles.toml"), folder.path().join("meshes"));
+    let run = |more: &[&str]| {
+        let mut command = sinew_without_adapter();
+        command.arg("extract").arg(asset("arm.glb")).arg("-o").arg(&out).arg("--meshes").arg(&meshes).args(more);
+        printed(&command.output().expect("runs"))
+    };
+    assert!(run(&[]).contains("1 files of 9 lofted muscles"));
+    let read = |frame: u32| std::fs::read_to_string(meshes.join(format!("muscles_{frame:04}.obj"))).expect("a file");
+    let at_rest = read(0);
+    let names: Vec<String> =
+        muscle_file::read(&out).expect("a good file").muscles.into_iter().map(|m| m.name).collect();
+    for name in &names {
+        let (volume, closed) = closed_volume(&at_rest, name);
+        assert!(closed && volume > 1e-6, "{name}: {volume} cubic metres, closed {closed}");
+    }
+    assert!(run(&["--clip", "0", "--frames", "0..20"]).contains("21 files of 9 lofted muscles"));
+    let bent = read(20);
+    assert_ne!(bent, at_rest);
+    let mut moved = 0;
+    for name in &names {
+        let ((before, _), (after, closed)) = (closed_volume(&at_rest, name), closed_volume(&bent, name));
+        println!("{name}: {before} {after}");
+        assert!(closed && (after / before - 1.0).abs() < 0.05, "{name}: {before} and {after} cubic metres");
+        moved += usize::from(before != after);
+    }
+    assert!(moved > 0);
+}
+
+#[test]
 fn a_report_shows_every_region() {
     let folder = tempfile::tempdir().expect("a folder");
     let (out, report) = (folder.path().join("arm.muscles.toml"), folder.path().join("report"));

@@ -160,6 +160,9 @@ pub enum ViewArg {
     /// The skin, coloured by how much its edges are folded more than at rest: red where it is creased into a valley, blue where
     /// into a ridge, in full from 60 degrees on. Rigid parts as they are
     Crease,
+    /// The skin under a ghost of linear skinning, coloured by how far it is from there: red where it is outside, blue where inside,
+    /// in full from 20 mm on, with a legend. For any skinning; rigid parts are ghosts too
+    Compare,
 }
 
 /// Where the camera stands.
@@ -289,6 +292,19 @@ pub struct Extract {
     /// Folder for a page of sections per region, the muscles on the skin, and muscles.csv
     #[arg(long, value_name = "FOLDER")]
     pub report: Option<PathBuf>,
+    /// Folder for the muscles' surfaces as they were found, lofted over their sections: muscles_0000.obj with an object per
+    /// muscle, closed, at rest
+    #[arg(long, value_name = "FOLDER")]
+    pub meshes: Option<PathBuf>,
+    /// Animation through which the surfaces move with the bones, one file per frame [default: rest]
+    #[arg(long, value_name = "NAME|INDEX|rest|default", requires = "meshes")]
+    pub clip: Option<String>,
+    /// Inclusive range of its frames, or one frame [default: the whole clip]
+    #[arg(long, value_name = "A..B", requires = "clip")]
+    pub frames: Option<FrameRange>,
+    /// Its frames per second
+    #[arg(long, default_value = "30", value_parser = parse_fps)]
+    pub fps: f32,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,

@@ -3,12 +3,13 @@
 use crate::args;
 use crate::extract_report::{self, TABLE};
 use crate::failure::Failure;
+use crate::loft_meshes;
 use crate::print;
 use crate::progress::Progress;
 use serde::Serialize;
 use sinew::extract::{self, Extracted, limb::Verdict};
 use sinew::io::atomic::WholeFile;
-use sinew::rig::{muscle_file::Document, roles::Roles};
+use sinew::rig::{muscle::MarkSpec, muscle_file::Document, roles::Roles};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -28,6 +29,9 @@ struct Report {
     report: Option<PathBuf>,
     #[serde(skip_serializing_if = "Option::is_none")]
     files: Option<usize>,
+    /// The lofted surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    meshes: Option<loft_meshes::Written>,
 }
 
 #[derive(Serialize)]
@@ -49,10 +53,18 @@ struct Muscle {
 
 pub fn run(args: &args::Extract) -> Result<(), Failure> {
     let mut scene = sinew::io::gltf::read(&args.file).map_err(Failure::input)?;
+    let mut document = match args.output.exists() {
+        true => Document::open(&args.output),
+        false => Document::parse(&head(&scene.character.name), &args.output),
+    }
+    .map_err(Failure::input)?;
+    let before = document.file().map_err(Failure::input)?;
+    let marks: Vec<MarkSpec> =
+        before.marks.iter().cloned().chain(args.must.iter().map(|mark| mark.0.clone())).collect();
     let started = Instant::now();
     let roles = Roles::find(&scene.character);
     let progress = Progress::unknown("looking for muscles");
-    let extraction = extract::extract(&scene.character, &roles, &args.must).map_err(Failure::input)?;
+    let extraction = extract::extract(&scene.character, &roles, &marks).map_err(Failure::input)?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
     scene.notes.extend(extraction.notes.iter().map(ToString::to_string));
@@ -62,12 +74,6 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("--without {unknown}: no such muscle was found; there are {found}")));
     }
     let wanted = |found: &&Extracted| !args.without.contains(&found.spec.name);
-    let mut document = match args.output.exists() {
-        true => Document::open(&args.output),
-        false => Document::parse(&head(&scene.character.name), &args.output),
-    }
-    .map_err(Failure::input)?;
-    let before = document.file().map_err(Failure::input)?;
     let is_there = |found: &Extracted| before.muscle(&found.spec.name).is_some();
     for muscle in extraction.muscles.iter().filter(wanted).filter(|m| !is_there(m)) {
         document.add(&muscle.spec).map_err(Failure::input)?;
@@ -78,6 +84,9 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
         Some(folder) => Some(extract_report::write(folder, &scene.character, &roles, &extraction)?),
         None => None,
     };
+    let found: Vec<&Extracted> = extraction.muscles.iter().filter(wanted).collect();
+    let lofted = |folder: &PathBuf| loft_meshes::write(args, folder, &scene, &found);
+    let meshes = args.meshes.as_ref().map(lofted).transpose()?;
     file.finish().map_err(Failure::input)?;
     let regions = || extraction.regions.iter().map(|(_, found)| found).chain(extraction.sweeps.iter().map(|(_, f)| f));
     let verdicts = |wanted| regions().flat_map(|found| &found.bellies).filter(|(_, v)| *v == wanted).count();
@@ -93,6 +102,7 @@ pub fn run(args: &args::Extract) -> Result<(), Failure> {
         seconds,
         report: args.report.clone(),
         files: drawn,
+        meshes,
     };
     print::noted(args.json, &report, &scene.notes, text)
 }
@@ -139,6 +149,7 @@ fn text(report: &Report) -> String {
     if let (Some(folder), Some(files)) = (&report.report, report.files) {
         text += &format!("  {}: {files} files, {TABLE} among them\n", folder.display());
     }
+    text += &report.meshes.as_ref().map_or(String::new(), loft_meshes::Written::describe);
     for m in &report.muscles {
         text += &format!(
             "  {}: shapes {} at {:.0} degrees, radius {:.1} cm, {} sections; ellipses {:.2} mm, profile {:.2} mm, muscle {:.1} mm \

@@ -6,6 +6,8 @@
 mod args;
 mod bake;
 #[cfg(feature = "gpu")]
+mod compare;
+#[cfg(feature = "gpu")]
 mod crease;
 mod deform;
 mod demo;
@@ -20,6 +22,7 @@ mod figures;
 mod inspect;
 mod interrupt;
 mod load;
+mod loft_meshes;
 mod muscle_meshes;
 mod muscle_plots;
 mod muscle_weights;

@@ -14,7 +14,8 @@ pub use on_device::{Set, Shoot, film, run, sheet_of, shoot, write};
 #[cfg(feature = "gpu")]
 mod on_device {
     use super::*;
-    use crate::args::{CameraArg, Device, Size};
+    use crate::args::{CameraArg, Device, Size, ViewArg};
+    use crate::compare::{self, Against};
     use crate::crease::{Folds, Summary};
     use crate::deform::{OnCpu, Shaped};
     use crate::device::{self, OnDevice};
@@ -56,6 +57,9 @@ mod on_device {
         /// What the crease view measured over all its frames.
         #[serde(skip_serializing_if = "Option::is_none")]
         crease: Option<Summary>,
+        /// What the compare view measured over all its frames.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        compare: Option<compare::Summary>,
         sheet: Option<PathBuf>,
         device: String,
         seconds: f64,
@@ -89,7 +93,11 @@ mod on_device {
             size: args.size,
         };
         let mut film = film(headless, &args.compute.device, &set)?;
-        film.folds = (view == View::Colors).then(|| Folds::of(&rig));
+        film.tint = match args.view {
+            ViewArg::Crease => Some(Tint::Folds(Folds::of(&rig))),
+            ViewArg::Compare => Some(Tint::Against(Box::new(Against::of(&rig)))),
+            ViewArg::Skin | ViewArg::Xray | ViewArg::Muscles => None,
+        };
         let began = Instant::now();
         let shoot = Shoot { frames: frames.numbers(), view, files: Some(&mut files) };
         let kept = self::shoot(&mut film, &scene, &frames, shoot)?;
@@ -98,8 +106,13 @@ mod on_device {
             write(SHEET_NAME, &sheet_of(&kept), &mut files)?;
         }
         files.keep().map_err(Failure::input)?;
-        let crease = film.folds.as_ref().and_then(Folds::summary);
+        let (crease, compare) = match &film.tint {
+            Some(Tint::Folds(folds)) => (folds.summary(), None),
+            Some(Tint::Against(against)) => (None, against.summary()),
+            None => (None, None),
+        };
         scene.notes.extend(crease.as_ref().map(Summary::note));
+        scene.notes.extend(compare.as_ref().map(compare::Summary::note));
         let rendered = Rendered {
             output: args.output.clone(),
             motion: frames.describe(&scene),
@@ -108,6 +121,7 @@ mod on_device {
             height: film.size.height,
             active_vertices: load::active(&rig, options.skinning),
             crease,
+            compare,
             sheet,
             device: film.describe(),
             seconds: began.elapsed().as_secs_f64(),
@@ -160,10 +174,18 @@ mod on_device {
         bodies: Bodies,
         /// Where their axes have been, where that is to be seen.
         paths: Option<Paths>,
-        /// How the skin is creased, where that is to be seen.
-        folds: Option<Folds>,
+        /// What the skin's colours tell, where they do.
+        tint: Option<Tint>,
         /// Pixels of a picture.
         pub size: Size,
+    }
+
+    /// What the skin's colours tell.
+    enum Tint {
+        /// How it is creased.
+        Folds(Folds),
+        /// How far it is from linear skinning.
+        Against(Box<Against>),
     }
 
     /// What is filmed, and from where.
@@ -209,7 +231,7 @@ mod on_device {
             remembers,
             bodies,
             paths: None,
-            folds: None,
+            tint: None,
             size,
         })
     }
@@ -226,9 +248,9 @@ mod on_device {
     impl Film {
         /// Draws one pose.
         pub fn picture(&mut self, pose: &Pose, view: View) -> Result<Picture, Failure> {
-            if let Some(mut folds) = self.folds.take() {
-                let picture = self.creased(pose, &mut folds);
-                self.folds = Some(folds);
+            if let Some(mut tint) = self.tint.take() {
+                let picture = self.tinted(pose, &mut tint);
+                self.tint = Some(tint);
                 return picture;
             }
             let vertices = match &mut self.source {
@@ -256,15 +278,27 @@ mod on_device {
             self.studio.draw(headless, (rig, pose), drawn, (shaped.as_ref(), &marks), &self.camera, view)
         }
 
-        /// Draws one pose in the colours of its creases.
-        fn creased(&mut self, pose: &Pose, folds: &mut Folds) -> Result<Picture, Failure> {
+        /// Draws one pose in colours that tell something.
+        fn tinted(&mut self, pose: &Pose, tint: &mut Tint) -> Result<Picture, Failure> {
             let skin = match &mut self.source {
                 Source::Device(device) => device.skin(pose)?,
                 Source::Reference(_, cpu) => cpu.skin(pose)?,
             };
-            let drawn = (None, vec![folds.mesh(&self.rig, &skin)]);
             let (headless, rig) = (self.source.headless(), &*self.rig);
-            self.studio.draw(headless, (rig, pose), drawn, (None, &[]), &self.camera, View::Colors)
+            match tint {
+                Tint::Folds(folds) => {
+                    let drawn = (None, vec![folds.mesh(rig, &skin)]);
+                    self.studio.draw(headless, (rig, pose), drawn, (None, &[]), &self.camera, View::Colors)
+                }
+                Tint::Against(against) => {
+                    let (mesh, linear) = against.mesh(rig, pose, &skin)?;
+                    let ghost = vertex_buffer(headless, &linear.positions, &linear.normals).map_err(Failure::device)?;
+                    let drawn = (Some(&ghost), vec![mesh]);
+                    let picture =
+                        self.studio.draw(headless, (rig, pose), drawn, (None, &[]), &self.camera, View::Xray)?;
+                    Against::legend(picture)
+                }
+            }
         }
 
         /// The muscles of the last pose.

@@ -24,7 +24,7 @@ impl From<ViewArg> for View {
             ViewArg::Skin => View::Skin,
             ViewArg::Xray => View::Xray,
             ViewArg::Muscles => View::Muscles,
-            ViewArg::Crease => View::Colors,
+            ViewArg::Crease | ViewArg::Compare => View::Colors,
         }
     }
 }

@@ -151,6 +151,19 @@ impl Section {
         self.plane.axes[0] * out.x + self.plane.axes[1] * out.y
     }
 
+    /// How far the skin is from a point of the plane along a unit vector of it, metres; `None` where there is none.
+    pub fn skin_along(&self, from: DVec2, way: DVec2) -> Option<f64> {
+        let count = self.outline.len();
+        let crossing = |k: usize| {
+            let (a, b) = (self.outline[k] - from, self.outline[(k + 1) % count] - from);
+            let (beside_a, beside_b) = (way.perp_dot(a), way.perp_dot(b));
+            let share = beside_a / (beside_a - beside_b);
+            let far = way.dot(a.lerp(b, share));
+            ((beside_a < 0.0) != (beside_b < 0.0) && far > 0.0).then_some(far)
+        };
+        (0..count).filter_map(crossing).min_by(f64::total_cmp)
+    }
+
     /// Points of a bump around its tip to a share of its span on either side, metres in scene space at rest, with weights that decrease
     /// along it (background 6.2).
     pub fn crest_rest(&self, bump: usize, share: f64) -> Vec<(DVec3, f64)> {

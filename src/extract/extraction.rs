@@ -4,7 +4,7 @@ use super::{
     body::{Body, Shares},
     check::Faults,
     limb::{PLANES, Region, Verdict, search},
-    mark::{self, Mark},
+    mark,
     muscle::{Extracted, Found, muscle},
     name,
     section::Surface,
@@ -13,7 +13,7 @@ use super::{
     trunk_muscle,
 };
 use crate::error::{ExtractError, ExtractNote};
-use crate::rig::{Character, groups::Side, roles::Roles};
+use crate::rig::{Character, groups::Side, muscle::MarkSpec, roles::Roles};
 use glam::DVec3;
 
 /// Muscles less sure than this are left out.
@@ -38,7 +38,7 @@ pub struct Extraction {
 ///
 /// # Errors
 /// No limbs, no closed skin around any of their bones, or a mark where nothing is.
-pub fn extract(character: &Character, roles: &Roles, marks: &[Mark]) -> Result<Extraction, ExtractError> {
+pub fn extract(character: &Character, roles: &Roles, marks: &[MarkSpec]) -> Result<Extraction, ExtractError> {
     let surface = Surface::new(character);
     let mut extraction = Extraction { notes: Faults::of(&surface).notes(), ..Extraction::default() };
     let regions = Region::of(character, roles);
@@ -89,7 +89,7 @@ impl Extraction {
         character: &Character,
         roles: &Roles,
         body: Option<&Body>,
-        mark: &Mark,
+        mark: &MarkSpec,
     ) -> Result<Extracted, ExtractError> {
         let nothing = || ExtractError::NothingThere { mark: mark.region.clone() };
         let limb =

@@ -17,6 +17,32 @@ const STANDS_OUT: f64 = 3.0;
 const NARROWER: [f64; 4] = [1.0, 0.95, 0.9, 0.8];
 /// What an end that is moved by all of its play must gain.
 const STAY: f64 = 0.1;
+/// What a section that is flatter by the whole of [`FLATTER`] must gain: a crest tells little of what is beside it.
+const ROUND: f64 = 0.1;
+/// Eccentricities that are tried besides the ellipses' own.
+const FLATTER: [f32; 4] = [0.6, 0.75, 0.85, 0.9];
+
+/// How far a fit may take a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Least and largest width, metres.
+    pub width: [f64; 2],
+    /// Largest half of the section across its long axis, metres: between skin and bone there is no room for more.
+    pub depth: f64,
+    /// How far each end may go inward and outward, metres.
+    pub play: [[f64; 2]; 2],
+    /// Whether the section may become flatter than it is.
+    pub flatter: bool,
+}
+
+impl Bounds {
+    /// Least and largest width of a section of an eccentricity.
+    fn width_of(&self, eccentricity: f32) -> [f64; 2] {
+        let (short_squared, _) = ellipse_squared(eccentricity);
+        let most = self.width[1].min(self.depth / f64::from(short_squared).sqrt());
+        [self.width[0].min(most), most]
+    }
+}
 
 /// What of the limb's outline is the muscle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,26 +115,32 @@ impl Primitive {
     }
 
     /// Fits its width to a crest of weighted points, and how far its ends lie out along a direction: what is left of paper A's
-    /// parameters where exponents and eccentricity are known. The width keeps within `bounds`, metres, each end within its own
-    /// `play` of where it is, inward and outward, and neither goes farther than the crest asks for.
+    /// parameters where exponents and eccentricity are known. Neither goes farther than the crest asks for.
     ///
-    /// The tips of a cone tell its exponents to one or so: of those beside them the nearest to the crest are taken.
-    pub fn fit(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: [f64; 2], play: [[f64; 2]; 2]) {
+    /// The tips of a cone tell its exponents to one or so: of those beside them the nearest to the crest are taken. A crest that
+    /// is broader than a round section with room under it is a flat muscle's.
+    pub fn fit(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: &Bounds) {
         let (alpha, beta) = self.exponents;
         let near = |n: u32| (n - 1).max(*EXPONENTS.start())..=(n + 1).min(*EXPONENTS.end());
         let start = *self;
+        let own = start.eccentricity;
+        let flatter = FLATTER.into_iter().filter(|&e| bounds.flatter && e > own);
         let mut best = f64::MAX;
-        for exponents in near(alpha).flat_map(|a| near(beta).map(move |b| (a, b))) {
-            let mut other = Primitive { exponents, ..start };
-            other.fit_ends(crest, outward, bounds, play);
-            let off = other.fit_width(crest, bounds);
-            if off < best {
-                (best, *self) = (off, other);
+        for eccentricity in std::iter::once(own).chain(flatter) {
+            let cost = 1.0 + ROUND * f64::from(eccentricity - own) / f64::from(FLATTER[FLATTER.len() - 1]);
+            for exponents in near(alpha).flat_map(|a| near(beta).map(move |b| (a, b))) {
+                let mut other = Primitive { exponents, eccentricity, ..start };
+                other.fit_ends(crest, outward, bounds);
+                let off = other.fit_width(crest, bounds.width_of(eccentricity)) * cost;
+                if off < best {
+                    (best, *self) = (off, other);
+                }
             }
         }
     }
 
-    fn fit_ends(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: [f64; 2], play: [[f64; 2]; 2]) {
+    fn fit_ends(&mut self, crest: &[(DVec3, f64)], outward: DVec3, bounds: &Bounds) {
+        let (play, bounds) = (bounds.play, bounds.width_of(self.eccentricity));
         let start = self.ends_rest;
         let mut out = [0.0; 2];
         let mut step = 0.5;
@@ -218,7 +250,8 @@ mod tests {
         let ends_rest = known.ends_rest.map(|p| p - DVec3::Z * 0.005);
         let mut found = Primitive { ends_rest, exponents: (3, 3), width: 0.01, ..known };
         let before = found.off(&crest);
-        found.fit(&crest, DVec3::Z, [0.005, 0.04], [[0.01; 2]; 2]);
+        let bounds = Bounds { width: [0.005, 0.04], depth: 0.04, play: [[0.01; 2]; 2], flatter: false };
+        found.fit(&crest, DVec3::Z, &bounds);
         assert!(before > 0.005 && found.off(&crest) < 0.0007, "{before} {}", found.off(&crest));
         assert!(found.exponents == (3, 4) && (found.width - 0.02).abs() < 0.002, "{found:?}");
     }

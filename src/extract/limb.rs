@@ -10,7 +10,7 @@ use super::{
 use crate::rig::{
     Character,
     groups::Side,
-    roles::{LimbRoles, Roles},
+    roles::{Hinge, LimbRoles, Roles},
 };
 use glam::{DVec2, DVec3};
 
@@ -113,6 +113,21 @@ impl Region {
         let left = roles.axes.map_or(self.front.cross(self.direction()), |axes| axes.left.as_dvec3());
         let outside = if self.side == Some(Side::Right) { -left } else { left };
         out.dot(outside).atan2(out.dot(self.front)).to_degrees()
+    }
+
+    /// The elbow or the knee at one of its ends.
+    pub fn hinge(&self, roles: &Roles) -> Option<Hinge> {
+        let is_own = |limb: &&LimbRoles| limb.upper == self.joint || limb.lower == self.joint;
+        let axes = roles.axes.as_ref();
+        match self.bone {
+            Bone::UpperArm | Bone::Forearm => roles.arms.iter().find(is_own).and_then(|arm| arm.elbow(axes)),
+            Bone::Thigh | Bone::Shin => roles.legs.iter().find(is_own).and_then(|leg| leg.knee(axes)),
+        }
+    }
+
+    /// Which of its ends that is: 0 the upper one.
+    pub fn hinge_end(&self) -> usize {
+        usize::from(matches!(self.bone, Bone::UpperArm | Bone::Thigh))
     }
 
     /// How its outlines are smoothed and its bumps linked.

@@ -7,6 +7,7 @@ use super::{
     muscle::Found,
     outline, stretch,
 };
+use crate::rig::muscle::MarkSpec;
 use glam::DVec3;
 use std::str::FromStr;
 
@@ -16,24 +17,9 @@ pub const FEWEST: usize = 5;
 const SMOOTH: f64 = 0.02;
 const LARGE: f64 = 0.1;
 
-/// A part of a region in which there is a muscle: around its bone, or around the trunk.
+/// A part of a region in which there is a muscle, around its bone or around the trunk: read from a command line.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mark {
-    /// A limb's joint, or a group of planes: `abdomen_l`, `chest_r`, `shoulder_l`, `neck_r`.
-    pub region: String,
-    /// From where to where, degrees: 0 in front, 90 outside, 180 behind, -90 inside. May go over 180.
-    pub degrees: [f64; 2],
-    /// What its muscle is called, without a side; proposed where there is none.
-    pub name: Option<String>,
-}
-
-impl Mark {
-    /// Whether an angle is in the range.
-    pub fn holds(&self, degrees: f64) -> bool {
-        let [from, to] = self.degrees;
-        (degrees - from).rem_euclid(360.0) <= to - from
-    }
-}
+pub struct Mark(pub MarkSpec);
 
 impl FromStr for Mark {
     type Err = String;
@@ -44,11 +30,10 @@ impl FromStr for Mark {
         let (range, name) = rest.split_once(':').map_or((rest, None), |(range, name)| (range, Some(name.to_owned())));
         let (from, to) = range.split_once("..").ok_or_else(wrong)?;
         let degrees = [from.parse::<f64>().map_err(|_| wrong())?, to.parse::<f64>().map_err(|_| wrong())?];
-        let width = degrees[1] - degrees[0];
-        if !(width > 0.0 && width <= 360.0) || region.is_empty() || name.as_ref().is_some_and(String::is_empty) {
+        if !MarkSpec::is_range(degrees) || region.is_empty() || name.as_ref().is_some_and(String::is_empty) {
             return Err(wrong());
         }
-        Ok(Mark { region: region.into(), degrees, name })
+        Ok(Mark(MarkSpec { region: region.into(), degrees, name }))
     }
 }
 
@@ -99,13 +84,13 @@ mod tests {
 
     #[test]
     fn marks_are_read() {
-        let mark: Mark = "upperarm_l:-30..30:biceps".parse().expect("a mark");
+        let Mark(mark) = "upperarm_l:-30..30:biceps".parse().expect("a mark");
         assert_eq!(
             (mark.region.as_str(), mark.degrees, mark.name.as_deref()),
             ("upperarm_l", [-30.0, 30.0], Some("biceps"))
         );
         assert!(mark.holds(0.0) && mark.holds(-29.0) && mark.holds(331.0) && !mark.holds(31.0) && !mark.holds(180.0));
-        let behind: Mark = "thigh_r:150..210".parse().expect("a mark");
+        let Mark(behind) = "thigh_r:150..210".parse().expect("a mark");
         assert!(behind.holds(-170.0) && behind.holds(170.0) && !behind.holds(0.0) && behind.name.is_none());
         for wrong in
             ["", "thigh_r", "thigh_r:30", "thigh_r:30..20", "thigh_r:0..500", ":0..20", "thigh_r:0..x", "a:0..9:"]

@@ -5,7 +5,8 @@
 //! smooths the rest, [`bump`] triangulates it and prunes the triangles (background 6.1), or finds where near-planar ones vary,
 //! [`ellipse`] fits a bump's crest (6.2), [`chain`] links bumps from section to section, [`stretch`] and [`chain`] tell muscles from
 //! what only looks like one (prototypes 2), [`fit`] gives them profile and size. [`limb`] and [`trunk`] lay the planes across a
-//! [`body`], [`muscle`] writes what was found as muscles of a file, and [`name`] proposes what they are.
+//! [`body`], [`muscle`] writes what was found as muscles of a file, [`name`] proposes what they are, and
+//! [`loft`] draws them as closed meshes.
 
 pub mod body;
 pub mod bump;
@@ -15,6 +16,7 @@ pub mod ellipse;
 pub mod extraction;
 pub mod fit;
 pub mod limb;
+pub mod loft;
 pub mod mark;
 pub mod muscle;
 pub mod name;
@@ -24,6 +26,7 @@ pub mod stretch;
 pub mod trunk;
 mod trunk_muscle;
 pub mod window;
+mod wrap;
 
 pub use extraction::{Extraction, extract};
 pub use mark::Mark;

@@ -5,11 +5,13 @@
 
 use super::{
     chain::{Belly, Link, Section},
-    fit::{self, Primitive},
+    fit::{self, Bounds, Primitive},
     limb::{Bone, Region, Verdict},
+    loft::Loft,
     name,
     trunk::Sweep,
     trunk_muscle::{self, outward},
+    wrap,
 };
 use crate::field::muscle::profile::MAX_ECCENTRICITY;
 use crate::rig::{
@@ -19,6 +21,8 @@ use glam::{DVec3, Mat4, Vec3};
 
 /// How far the axis goes on past the belly's ends, at least and at most, in lengths of the belly.
 const EXTENSION: [f64; 2] = [0.05, 0.6];
+/// And where it ends beyond a joint: tendons are long.
+const ACROSS: f64 = 2.0;
 /// An axis that ends this near to a joint, in lengths of the bone, crosses it.
 const AT_JOINT: f64 = 0.1;
 /// Sections from which a muscle is no surer, and the stray of its tips, perimeters, that halves its sureness.
@@ -29,10 +33,14 @@ const PAST_JOINT: f64 = 0.04;
 /// A crest's half, in spans of its bump.
 const CREST: f64 = 0.25;
 /// How far the skin may draw an end, in the ellipses' size: on its own bone, and where it crosses a joint.
-const PLAY: f64 = 1.5;
-const CROSSING_PLAY: f64 = 1.0;
+const PLAY: f64 = 2.5;
+const CROSSING_PLAY: f64 = 2.0;
 /// An end on its own bone is beside it by this share at least of how far the skin is.
 const BESIDE_BONE: f64 = 0.35;
+/// And so it is beside a joint that it crosses.
+const BESIDE_JOINT: f64 = 0.5;
+/// What lies outside of a joint that is bent at rest by this sine or more ends on the bone's own end, as on the elbow's.
+const BENT: f64 = 0.4;
 /// An end is no farther from the bone than this share of what the skin is.
 const UNDER_SKIN: f64 = 0.95;
 /// Two bellies side by side within this angle round the bone are one muscle, degrees.
@@ -41,11 +49,14 @@ const SAME_PLACE: f64 = 25.0;
 const SAME_BREADTH: f64 = 0.3;
 /// A belly whose middle is farther down the bone than this share of it crosses the joint below; others cross the one above.
 const NEARER_BELOW: f64 = 0.45;
-/// Where a muscle ends on the bone behind a joint, in lengths of that bone, and how much of its distance from it is left there.
-const TENDON_SHARE: f64 = 0.15;
-const TENDON_OFF: f64 = 0.4;
+/// Where a muscle ends on the bone behind the joint above it and the one below, in lengths of that bone, and how much of its
+/// distance from it is left there.
+const TENDON_SHARE: [f64; 2] = [0.02, 0.15];
+const TENDON_OFF: f64 = 0.8;
 /// A muscle's radius in distances of its tip from the bone's axis, at most: bone and fat have the rest.
 const ROOM: f64 = 0.35;
+/// Half its depth in the same distances, at most: it lies between bone and skin.
+const HALF_ROOM: f64 = 0.45;
 /// Full activation has this much more on either exponent: as in paper A's default the belly is fuller and shorter; it stays in its place.
 const ACTIVE_MORE: u32 = 1;
 
@@ -96,6 +107,8 @@ pub struct Extracted {
     pub half_width: f64,
     /// How square the planes that found it are to its way, 0..=1.
     pub across: f64,
+    /// Its surface as the sections tell it.
+    pub loft: Option<Loft>,
 }
 
 impl Extracted {
@@ -146,32 +159,15 @@ pub(super) fn muscle(
 ) -> Option<Extracted> {
     let roots_rest = beside_bone(region, sections, belly);
     let tips_rest: Vec<DVec3> = belly.links.iter().map(|l| sections[l.section].tip_rest(l.bump)).collect();
-    let (first, way) = axis(&roots_rest);
-    let along = |p: DVec3| (p - region.ends_rest[0]).dot(region.direction()) / region.length();
-    let shares = [along(first), along(first + way)];
-    let middle = 0.5 * (shares[0] + shares[1]);
-    let per_share = 1.0 / (shares[1] - shares[0]).max(1e-6);
-    // The belly's line is known between 0 and 1; ends are beyond.
-    let crosses_below = middle > NEARER_BELOW && region.beside[1].is_some();
-    let crosses_above = !crosses_below && region.beside[0].is_some();
-    let lowest = if crosses_below { 1.0 + PAST_JOINT } else { 1.0 };
-    let highest = if crosses_above { -PAST_JOINT } else { 0.0 };
-    let from = -((shares[0] - highest) * per_share).clamp(EXTENSION[0], EXTENSION[1]);
-    let to = 1.0 + ((lowest - shares[1]) * per_share).clamp(EXTENSION[0], EXTENSION[1]);
-    let ends = [first + way * from, first + way * to];
-    let crossed = [crosses_above && along(ends[0]) < AT_JOINT, crosses_below && along(ends[1]) > 1.0 - AT_JOINT];
-    let carried = [0, 1].map(|k| region.beside[k].filter(|_| crossed[k]).unwrap_or(region.joint));
+    let line = Line::of(character, roles, region, sections, belly, &roots_rest);
+    let ends = line.ends_rest;
     let outward = outward(sections, belly);
-    let ends = [0, 1].map(|k| {
-        if crossed[k] { across_joint(region, k, ends[k]) } else { on_bone(region, outward, &tips_rest, k, ends[k]) }
-    });
     let (s, out) = belly.reach(sections);
-    let s: Vec<f64> = s.iter().map(|s| (s - from) / (to - from)).collect();
+    let s: Vec<f64> = s.iter().map(|s| (s - line.reach[0]) / (line.reach[1] - line.reach[0])).collect();
     let fit = fit::profile(&s, &out)?;
     let (long, short) = thickest(sections, belly);
     let eccentricity = eccentricity(long, short);
     let normal_rest = long_axis(sections, belly);
-    let degrees = region.degrees(roles, tips_rest[tips_rest.len() / 2]);
     let (side, suffix) = side_of(region.side);
     let deepest = belly.links.iter().zip(&roots_rest).map(|(l, p)| sections[l.section].tip_rest(l.bump).distance(*p));
     let size = (long * short).sqrt().min(deepest.fold(0.0, f64::max));
@@ -181,25 +177,27 @@ pub(super) fn muscle(
         Primitive { ends_rest: ends, normal_rest, exponents: (fit.alpha, fit.beta), eccentricity, width: size };
     let off_bone = |p: DVec3| (p - region.ends_rest[0]).reject_from(region.direction()).length();
     let play = [0, 1].map(|k| {
-        let most = if crossed[k] { CROSSING_PLAY } else { PLAY } * size;
+        let most = if line.crossed[k] { CROSSING_PLAY } else { PLAY } * size;
         let room = UNDER_SKIN * off_bone(tips_rest[k * (tips_rest.len() - 1)]) - off_bone(ends[k]);
         [most, room.clamp(0.0, most)]
     });
-    primitive.fit(&crest, outward, [0.5 * size, 2.0 * size], play);
+    let deep = tips_rest.iter().map(|p| off_bone(*p)).sum::<f64>() / tips_rest.len() as f64;
+    let bounds = Bounds { width: [0.5 * size, 2.0 * size], depth: HALF_ROOM * deep, play, flatter: true };
+    primitive.fit(&crest, outward, &bounds);
     let (alpha, beta) = primitive.exponents;
     let ends = primitive.ends_rest;
-    let attach = |k: usize| attachment(&character.joints[carried[k] as usize], ends[k], normal_rest);
-    let arm = roles.arms.iter().find(|arm| region.bone == Bone::Forearm && arm.lower == region.joint);
-    let flexor = arm.and_then(|arm| name::is_flexor(character, roles, arm, out_of_bone(sections, belly), middle));
-    let name = format!("{}{suffix}", name::of_limb(region.bone, degrees, middle, flexor));
+    let attach = |k: usize| attachment(&character.joints[line.carried[k] as usize], ends[k], normal_rest);
+    let name = format!("{}{suffix}", line.name);
     let bone = &character.joints[region.joint as usize].name;
-    let spec = MuscleSpec {
+    let mut spec = MuscleSpec {
         side,
-        rest: shape(alpha, beta, eccentricity, 0),
-        active: shape(alpha, beta, eccentricity, ACTIVE_MORE),
+        rest: shape(alpha, beta, primitive.eccentricity, 0),
+        active: shape(alpha, beta, primitive.eccentricity, ACTIVE_MORE),
         collision_group: collision_group(bone_name(region.bone), suffix),
         ..MuscleSpec::new(&name, bone, attach(0), attach(1), MuscleSize::Width(primitive.width as f32))
     };
+    let hinge = region.hinge(roles).filter(|_| line.crossed[region.hinge_end()]);
+    spec.wrap = hinge.and_then(|hinge| wrap::round_joint(character, &hinge, ends, normal_rest, &spec));
     let ellipses = belly.links.iter().map(|l| sections[l.section].ellipses[l.bump].rms.powi(2)).sum::<f64>();
     let sections_sure = (belly.links.len() as f64 / SURE_SECTIONS).min(1.0);
     let line_sure = 1.0 - 0.5 * (belly.stray / UNSURE_STRAY).min(1.0);
@@ -208,17 +206,76 @@ pub(super) fn muscle(
     Some(Extracted {
         spec,
         place: Where::Limb(region.bone),
-        degrees,
+        degrees: line.degrees,
         sections: belly.links.len(),
         profile_rms: fit.rms,
         ellipse_rms: (ellipses / belly.links.len() as f64).sqrt(),
         skin_rms: primitive.off(&crest),
         confidence,
+        loft: Loft::new(sections, &belly.links, &roots_rest, ends),
         roots_rest,
         tips_rest,
         half_width: long,
         across: trunk_muscle::alignment(sections, &belly.links),
     })
+}
+
+/// The straight line of a limb's muscle, before the skin draws it.
+struct Line {
+    /// Its name, without a side.
+    name: &'static str,
+    /// Where around the bone it is.
+    degrees: f64,
+    /// Origin and insertion, metres in scene space at rest.
+    ends_rest: [DVec3; 2],
+    /// Where those are along the belly, which is from 0 to 1.
+    reach: [f64; 2],
+    /// Whether they are beyond the joint above and the one below.
+    crossed: [bool; 2],
+    /// The joints that carry them.
+    carried: [u32; 2],
+}
+
+impl Line {
+    fn of(
+        character: &Character,
+        roles: &Roles,
+        region: &Region,
+        sections: &[Section],
+        belly: &Belly,
+        roots_rest: &[DVec3],
+    ) -> Line {
+        let tips: Vec<DVec3> = belly.links.iter().map(|l| sections[l.section].tip_rest(l.bump)).collect();
+        let along = |p: DVec3| (p - region.ends_rest[0]).dot(region.direction()) / region.length();
+        let (first, way) = axis(roots_rest);
+        let shares = [along(first), along(first + way)];
+        let middle = 0.5 * (shares[0] + shares[1]);
+        let per_share = 1.0 / (shares[1] - shares[0]).max(1e-6);
+        let degrees = region.degrees(roles, tips[tips.len() / 2]);
+        let arm = roles.arms.iter().find(|arm| region.bone == Bone::Forearm && arm.lower == region.joint);
+        let flexor = arm.and_then(|arm| name::is_flexor(character, roles, arm, out_of_bone(sections, belly), middle));
+        let name = name::of_limb(region.bone, degrees, middle, flexor);
+        let ends_below = middle > NEARER_BELOW || name::ends_below(region.bone, name);
+        let crosses_below = ends_below && region.beside[1].is_some();
+        let crosses_above = !crosses_below && region.beside[0].is_some();
+        let lowest = if crosses_below { 1.0 + PAST_JOINT } else { 1.0 };
+        let highest = if crosses_above { -PAST_JOINT } else { 0.0 };
+        let most = |crosses: bool| if crosses { ACROSS } else { EXTENSION[1] };
+        let from = -((shares[0] - highest) * per_share).clamp(EXTENSION[0], most(crosses_above));
+        let to = 1.0 + ((lowest - shares[1]) * per_share).clamp(EXTENSION[0], most(crosses_below));
+        let ends = [first + way * from, first + way * to];
+        let crossed = [crosses_above && along(ends[0]) < AT_JOINT, crosses_below && along(ends[1]) > 1.0 - AT_JOINT];
+        let carried = [0, 1].map(|k| region.beside[k].filter(|_| crossed[k]).unwrap_or(region.joint));
+        let outward = outward(sections, belly);
+        let ends_rest = [0, 1].map(|k| {
+            if crossed[k] {
+                across_joint(region, k, on_bone(region, outward, &tips, (k, BESIDE_JOINT), ends[k]))
+            } else {
+                on_bone(region, outward, &tips, (k, BESIDE_BONE), ends[k])
+            }
+        });
+        Line { name, degrees, ends_rest, reach: [from, to], crossed, carried }
+    }
 }
 
 /// A belly's root curve, no deeper under the tips than leaves room for the bone: a broad bump's ellipse goes round it.
@@ -250,7 +307,9 @@ fn across_joint(region: &Region, k: usize, end: DVec3) -> DVec3 {
     let Some(far) = region.far_rest[k] else { return joint.lerp(end, TENDON_OFF) };
     let (bone, off) = (far - joint, end - joint);
     let beside = off - bone * (off.dot(bone) / bone.length_squared());
-    joint + bone * TENDON_SHARE + beside * TENDON_OFF
+    let bend = bone.normalize_or_zero().reject_from(region.direction());
+    let outside = (-beside.normalize_or_zero().dot(bend) / BENT).clamp(0.0, 1.0);
+    joint + bone * (TENDON_SHARE[k] * (1.0 - outside)) + beside * TENDON_OFF
 }
 
 /// Half axes where the belly is thickest: medians of its thickest third.
@@ -265,10 +324,11 @@ pub(super) fn thickest(sections: &[Section], belly: &Belly) -> (f64, f64) {
     axes[axes.len() / 6]
 }
 
-/// Where a muscle ends on its own bone: on the side that it is on, for the line of a root curve drawn on may pass through the bone.
-fn on_bone(region: &Region, outward: DVec3, tips: &[DVec3], k: usize, end: DVec3) -> DVec3 {
+/// Where a muscle ends beside its own bone: on the side that it is on, by a share at least of how far the skin is, for the line of
+/// a root curve drawn on may pass through the bone.
+fn on_bone(region: &Region, outward: DVec3, tips: &[DVec3], (k, share): (usize, f64), end: DVec3) -> DVec3 {
     let out = |p: DVec3| (p - region.ends_rest[0]).reject_from(region.direction()).dot(outward);
-    let least = BESIDE_BONE * out(tips[k * (tips.len() - 1)]);
+    let least = share * out(tips[k * (tips.len() - 1)]);
     end + outward * (least - out(end)).max(0.0)
 }
 

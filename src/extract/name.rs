@@ -38,6 +38,15 @@ pub fn of_limb(bone: Bone, degrees: f64, middle: f64, flexor: Option<bool>) -> &
     }
 }
 
+/// Whether anatomy has a muscle of this name move the joint below its bone, wherever along the bone its belly is.
+pub fn ends_below(bone: Bone, name: &str) -> bool {
+    match bone {
+        Bone::UpperArm => name != "deltoid",
+        Bone::Thigh => name != "adductors",
+        Bone::Forearm | Bone::Shin => false,
+    }
+}
+
 /// Whether a place of a forearm is on its flexors' side: of the palm at the wrist, of the body and the front at the elbow, for the
 /// forearm turns between. `None` where no fingers show a palm or nothing a front.
 pub fn is_flexor(character: &Character, roles: &Roles, arm: &LimbRoles, out: DVec3, middle: f64) -> Option<bool> {

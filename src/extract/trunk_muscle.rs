@@ -3,7 +3,8 @@
 use super::{
     body::{Body, Part},
     chain::{Belly, Link, Section},
-    fit::{self, Primitive},
+    fit::{self, Bounds, Primitive},
+    loft::Loft,
     muscle::{Extracted, Found, Where, attachment, axis, collision_group, eccentricity, shape, side_of, thickest},
     name::{Far, TrunkName},
     stretch::Place,
@@ -64,14 +65,14 @@ pub fn muscle(
     let (long, short) = thickest(sections, belly);
     let (short, eccentricity) = (short.min(most), eccentricity(long, short.min(most)));
     let size = (long * short).sqrt();
-    let widest = (THICKEST * body.height() / (short / long).sqrt()).min(1.5 * size);
+    let depth = THICKEST * body.height();
     let crest: Vec<(DVec3, f64)> =
         belly.links.iter().flat_map(|l| sections[l.section].crest_rest(l.bump, CREST)).collect();
     let lay = |ends: [DVec3; 2], far: Option<usize>| {
         let normal_rest = (ends[1] - ends[0]).cross(outward).try_normalize()?;
         let mut primitive = Primitive { ends_rest: ends, normal_rest, exponents: SHEET, eccentricity, width: size };
         let play = [0, 1].map(|k| [if far == Some(k) { LIMB_PLAY } else { PLAY } * size; 2]);
-        primitive.fit(&crest, outward, [0.3 * size, widest], play);
+        primitive.fit(&crest, outward, &Bounds { width: [0.3 * size, 1.5 * size], depth, play, flatter: false });
         Some(primitive)
     };
     let on_trunk = lay(plain, None)?;
@@ -128,6 +129,7 @@ pub fn muscle(
         ellipse_rms: (ellipses / belly.links.len() as f64).sqrt(),
         skin_rms: primitive.off(&crest),
         confidence: stands_out * sections_sure * line_sure,
+        loft: Loft::new(sections, &belly.links, &roots_rest, ends),
         roots_rest,
         half_width: long,
         across: alignment(sections, &belly.links),

@@ -83,15 +83,17 @@ fn stations(detail: Detail, blunt: [bool; 2]) -> Vec<(f32, f32)> {
 }
 
 /// Where rings stand: a point of the axis with smooth directions, so that rings on either side of a bend do not cross.
-struct Frame {
-    center: Vec3,
+pub(crate) struct Frame {
+    /// The point of the axis, metres.
+    pub(crate) center: Vec3,
     tangent: Vec3,
     normal: Vec3,
     binormal: Vec3,
 }
 
 impl Frame {
-    fn at(points: &[AxisPoint], arc: f32) -> Frame {
+    /// At a distance along the axis, metres.
+    pub(crate) fn at(points: &[AxisPoint], arc: f32) -> Frame {
         let last = points.len() - 2;
         let i = points[1..=last].partition_point(|p| p.arc() <= arc);
         let point = &points[i];
@@ -108,6 +110,17 @@ impl Frame {
         let center = point.position.xyz() + own * (share * point.tangent.w);
         Frame { center, tangent, normal, binormal: tangent.cross(normal) }
     }
+
+    /// A point of the axis' space along normal, binormal and tangent.
+    pub(crate) fn local(&self, p: Vec3) -> Vec3 {
+        let beside = p - self.center;
+        Vec3::new(beside.dot(self.normal), beside.dot(self.binormal), beside.dot(self.tangent))
+    }
+
+    /// The way back, as a vector from the frame's point.
+    pub(crate) fn scene(&self, beside: Vec3) -> Vec3 {
+        self.normal * beside.x + self.binormal * beside.y + self.tangent * beside.z
+    }
 }
 
 impl Surface {
@@ -117,6 +130,22 @@ impl Surface {
         let count = (rings * around + 2) as usize;
         let mut surface = Surface { positions: vec![at; count], normals: vec![Vec3::Y; count], triangles: Vec::new() };
         surface.close(rings, around);
+        surface
+    }
+
+    /// A closed mesh of rings of `around` vertices each, anticlockwise about the way from the first pole to the second. Normals are
+    /// those of the triangles around a vertex, by their areas.
+    pub fn of_rings(mut positions: Vec<Vec3>, around: u32, poles: [Vec3; 2]) -> Surface {
+        let rings = positions.len() as u32 / around;
+        positions.extend(poles);
+        let mut surface = Surface { normals: vec![Vec3::ZERO; positions.len()], positions, triangles: Vec::new() };
+        surface.close(rings, around);
+        for t in &surface.triangles {
+            let [a, b, c] = t.map(|i| surface.positions[i as usize]);
+            let area = (b - a).cross(c - a);
+            t.iter().for_each(|&i| surface.normals[i as usize] += area);
+        }
+        surface.normals.iter_mut().for_each(|n| *n = n.normalize_or(Vec3::Y));
         surface
     }
 

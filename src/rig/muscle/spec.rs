@@ -394,6 +394,31 @@ pub struct JointSpec {
     pub operator: JointOperator,
 }
 
+/// A region in which there is a muscle, where the muscle file says so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkSpec {
+    /// A limb's joint, or a part of the trunk: `abdomen_l`, `chest_r`, `shoulder_l`, `neck_r`.
+    pub region: String,
+    /// From where to where around it, degrees: 0 in front, 90 outside, 180 behind, -90 inside. May go over 180.
+    pub degrees: [f64; 2],
+    /// What its muscle is called, without a side; proposed where there is none.
+    pub name: Option<String>,
+}
+
+impl MarkSpec {
+    /// Whether its degrees are a range: over 0 wide, and a whole turn at most.
+    pub fn is_range(degrees: [f64; 2]) -> bool {
+        let width = degrees[1] - degrees[0];
+        width > 0.0 && width <= 360.0
+    }
+
+    /// Whether an angle is in the range.
+    pub fn holds(&self, degrees: f64) -> bool {
+        let [from, to] = self.degrees;
+        (degrees - from).rem_euclid(360.0) <= to - from
+    }
+}
+
 /// A bone whose shape the muscle file gives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoneSpec {

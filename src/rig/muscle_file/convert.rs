@@ -4,14 +4,14 @@ use super::curve::{CurveTable, Exact, ShapeCurveTable};
 use super::place::Fault;
 use super::tables::{
     ActiveTable, AngleTable, AttachmentTable, BoneTable, CollidesName, DriverTable, FibresTable, GroupTable,
-    JointTable, KeysTable, LengthTable, MuscleTable, TimeTable, WrapKind, WrapTable,
+    JointTable, KeysTable, LengthTable, MarkTable, MuscleTable, TimeTable, WrapKind, WrapTable,
 };
 use crate::error::is_unprintable;
 use crate::rig::GroupSpec;
 use crate::rig::muscle::check::{self, Wrong};
 use crate::rig::muscle::{
     Around, Attachment, BoneShape, BoneSpec, Collides, Combine, Curve, Drive, Driver, Ease, FibreSet, JointSpec, Keys,
-    MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source, Wrap,
+    MarkSpec, MuscleShape, MuscleSize, MuscleSpec, ShapeCurve, Source, Wrap,
 };
 use glam::Vec3;
 
@@ -137,6 +137,17 @@ pub(super) fn group(group: String, table: GroupTable) -> Checked<GroupSpec> {
     let numbered = table.joints.into_iter().enumerate();
     let joints = numbered.map(|(i, joint)| name(&format!("joints[{i}]"), joint)).collect::<Checked<_>>()?;
     Ok(GroupSpec { name: name("", group)?, joints, separate: table.separate, passive: table.passive })
+}
+
+/// A region that must yield its muscle; keys of faults are the table's own.
+pub(super) fn mark(table: MarkTable) -> Checked<MarkSpec> {
+    if !MarkSpec::is_range(table.degrees) {
+        let [from, to] = table.degrees;
+        let what = format!("degrees go from {from} to {to}; the second one must be larger, by 360 at most");
+        return Err(Fault::new("degrees", what));
+    }
+    let named = table.name.map(|own| name("name", own)).transpose()?;
+    Ok(MarkSpec { region: name("region", table.region)?, degrees: table.degrees, name: named })
 }
 
 /// The character's name.

@@ -24,7 +24,7 @@ pub use schema::schema;
 use crate::error::{BoneError, GroupError, JointError, MuscleError, MuscleFileError, one_line};
 use crate::rig::drive::load_tables;
 use crate::rig::muscle::{
-    BoneSpec, JointSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint, find_wrap_joint,
+    BoneSpec, JointSpec, MarkSpec, MuscleSpec, Source, find_bone, find_driver_joint, find_joint, find_wrap_joint,
 };
 use crate::rig::{Character, FieldGroups, GroupSpec};
 use place::Fault;
@@ -50,6 +50,8 @@ pub struct MuscleFile {
     pub joints: Vec<JointSpec>,
     /// Field groups that the file gives, by name.
     pub groups: Vec<GroupSpec>,
+    /// Regions in which extraction must find a muscle.
+    pub marks: Vec<MarkSpec>,
     /// What is odd but accepted, one line each, with file, line and column.
     pub notes: Vec<String>,
     path: PathBuf,
@@ -96,12 +98,13 @@ pub fn parse(text: &str, path: &Path) -> Result<MuscleFile, MuscleFileError> {
     let (muscles, bones) = specs(file.muscles, file.bones).map_err(placed)?;
     let joints = joints(file.joints).map_err(placed)?;
     let groups = groups(file.groups).map_err(placed)?;
+    let marks = marks(file.marks).map_err(placed)?;
     let notes = muscles.iter().enumerate().flat_map(|(i, spec)| {
         let whose = format!("muscle `{}`", spec.name);
         convert::notes(spec).into_iter().map(move |note| note.within(&format!("muscle[{i}]"), &whose))
     });
     let notes = notes.take(MAX_NOTES).map(|note| placed(note).to_string()).collect();
-    Ok(MuscleFile { character, muscles, bones, joints, groups, notes, path: path.into(), text: text.into() })
+    Ok(MuscleFile { character, muscles, bones, joints, groups, marks, notes, path: path.into(), text: text.into() })
 }
 
 /// Notes that are kept: finding each one's line reads the file again, and nobody reads more of them.
@@ -155,6 +158,14 @@ fn groups(tables: BTreeMap<String, tables::GroupTable>) -> Result<Vec<GroupSpec>
         convert::group(name, table).map_err(|fault| fault.within(&place, &whose))
     };
     tables.into_iter().map(group).collect()
+}
+
+fn marks(tables: Vec<tables::MarkTable>) -> Result<Vec<MarkSpec>, Fault> {
+    let mark = |(i, table): (usize, tables::MarkTable)| {
+        let (place, whose) = (format!("mark[{i}]"), format!("mark `{}`", one_line(&table.region)));
+        convert::mark(table).map_err(|fault| fault.within(&place, &whose))
+    };
+    tables.into_iter().take(MAX_MUSCLES).enumerate().map(mark).collect()
 }
 
 impl MuscleFile {

@@ -87,6 +87,7 @@ mod tests {
             ("BoneTable", "[[bone]]\nzzz = 1".into()),
             ("JointTable", "[joints.a]\nzzz = 1".into()),
             ("GroupTable", "[groups.a]\nzzz = 1".into()),
+            ("MarkTable", "[[mark]]\nzzz = 1".into()),
             ("CapsuleTable", "[[bone]]\ncapsule = { zzz = 1 }".into()),
         ] {
             let mut known: Vec<String> = known(&text).iter().map(|key| format!("{table}.{key}")).collect();

@@ -29,6 +29,21 @@ pub(super) struct File {
     /// Field groups in place of those that are found, by name.
     #[serde(default)]
     pub groups: BTreeMap<String, GroupTable>,
+    /// Regions of the skin in which `sinew extract` must find a muscle, however little it shows.
+    #[serde(default, rename = "mark")]
+    pub marks: Vec<MarkTable>,
+}
+
+/// A region that must yield its muscle.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MarkTable {
+    /// A limb's joint, or a part of the trunk: abdomen_l, chest_l, shoulder_l, neck_l and their right ones.
+    pub region: String,
+    /// From where to where around it, degrees: 0 in front, 90 outside, 180 behind, -90 inside.
+    pub degrees: [f64; 2],
+    /// What its muscle is called, without a side; a name is proposed where nothing is said.
+    pub name: Option<String>,
 }
 
 /// The character.

@@ -196,6 +196,7 @@ fn wanted_words(wanted: &str, place: &Place) -> String {
         "a string" => "text in quotes",
         "a sequence" => match key {
             "collides" => "a list, [\"bones\", \"muscles\", \"skin\"]",
+            "degrees" => "two numbers, [from, to]",
             "joints" => "a list of joints' names, [\"index_01_l\", ..]",
             "drivers" => "a list of drivers, [{ length = {} }, ..]",
             "origin_line" | "insertion_line" => "a list of points, [[x, y, z], ..]",
@@ -204,10 +205,10 @@ fn wanted_words(wanted: &str, place: &Place) -> String {
         },
         _ if wanted.starts_with("struct ") => "a table, { key = value, .. }",
         _ if wanted.starts_with("a list of numbers") || wanted.starts_with("a tuple") || wanted.contains("array") => {
-            if key == "shape" {
-                "[seconds, alpha, beta]"
-            } else {
-                "three numbers, [x, y, z]"
+            match key {
+                "shape" => "[seconds, alpha, beta]",
+                "degrees" => "two numbers, [from, to]",
+                _ => "three numbers, [x, y, z]",
             }
         }
         other => other,
