@@ -126,7 +126,7 @@ impl Crowd {
             _ => Role::Active,
         };
         self.targets.push(VertexTarget {
-            normal_rest: random.vec3().normalize().extend(0.0),
+            normal_rest: random.vec3().normalize().extend(0.02 + 0.01 * random.next()),
             iso: 0.5,
             role: role as u32,
             copy_of: if role == Role::Copy { v as u32 - 2 } else { v as u32 },

@@ -16,6 +16,8 @@ override ROLE_COPY: u32;
 override STOP_NON_FINITE: u32;
 override TRACK_RUNS: u32;
 override TRACK_ENDS: u32;
+override LOST_PULL: f32;
+override LEAST_AWAY: f32;
 
 @compute @workgroup_size(64)
 fn main(
@@ -59,6 +61,9 @@ fn main(
     }
     let p = positions[index].xyz;
     let carried = p + math_transform_point(carry, p);
-    let drawn = carried + (linear - carried) * (params.anchor * ways[instance].turn * (1.0 - tracks[index].contact));
+    let way = linear - carried;
+    let anchor = params.anchor * ways[instance].turn * (1.0 - tracks[index].contact);
+    let away = sqrt(math_dot(way, way)) / max(targets[vertex].normal_rest.w, LEAST_AWAY);
+    let drawn = carried + way * (anchor + max(LOST_PULL - anchor, 0.0) * clamp(away - 1.0, 0.0, 1.0));
     positions[index] = vec4<f32>(select(drawn, linear, math_not_finite(math_dot(drawn, drawn))), 1.0);
 }

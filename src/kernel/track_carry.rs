@@ -19,6 +19,8 @@ pub(super) const KERNEL: Kernel = Kernel {
         ("STOP_NON_FINITE", StopReason::NonFinite as u32 as f64),
         ("TRACK_RUNS", tracking::RUNS as f64),
         ("TRACK_ENDS", tracking::ENDS as f64),
+        ("LOST_PULL", tracking::LOST_PULL as f64),
+        ("LEAST_AWAY", tracking::LEAST_AWAY as f64),
     ],
     switches: &[],
     bindings: BINDINGS,

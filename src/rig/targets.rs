@@ -12,7 +12,8 @@ use rayon::prelude::*;
 crate::gpu_struct! {
     /// Where the tracker takes a vertex.
     pub struct VertexTarget {
-        /// Direction of the composed field's gradient at rest.
+        /// Direction of the composed field's gradient at rest, and in `w` how far from linear skinning the vertex may be before it
+        /// counts as lost, metres.
         pub normal_rest: Vec4,
         /// Field value at rest: muscles set into their groups, groups joined.
         pub iso: f32,
@@ -197,6 +198,10 @@ pub fn march_order(vertices: &[VertexTarget], reaches: &[Reach]) -> Vec<VertexTa
     order
 }
 
+/// Distance to linear skinning from which a vertex is lost, in support radii of its group: skin in closed elbows and knees lies up to
+/// 30 mm from it.
+const LOST_RADII: f32 = 0.9;
+
 /// Fills in one vertex's target, and lists the groups that it sees in a way of its own.
 fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &mut VertexTarget) -> Vec<Seen> {
     let p = rig.positions_rest[v].xyz();
@@ -208,7 +213,8 @@ fn aim(rig: &Rig, trunk: &Option<Trunk>, field: &FieldInput, v: usize, target: &
     target.limit = sample.value - CONTACT_GAP;
     target.owner = owner;
     target.role = Role::Active as u32;
-    target.normal_rest = sample.gradient.normalize_or_zero().extend(0.0);
+    target.normal_rest =
+        sample.gradient.normalize_or_zero().extend(LOST_RADII * rig.grids[owner as usize].support_radius);
     target.slides = (!rig.graph.boundary[v] && target.edge_begin < target.edge_end).into();
     let drawn = trunk.as_ref().and_then(|trunk| trunk.drawn(rig, v));
     let mut seen = Vec::new();
@@ -261,7 +267,7 @@ fn join(field: &FieldInput, p: Vec3, samples: &[Sample], seen: &[Seen], target: 
     };
     let places: Vec<Place> = seen.iter().map(at_rest).collect();
     let gradient = field.own_side(&target.side(), &places, p).sample.gradient;
-    target.normal_rest = gradient.normalize_or_zero().extend(0.0);
+    target.normal_rest = gradient.normalize_or_zero().extend(target.normal_rest.w);
 }
 
 /// The field of every group at a point, and the group with the largest.

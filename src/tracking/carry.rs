@@ -64,9 +64,23 @@ fn carry_one(anchor: f32, input: &CarryInput, vertex: usize, position: &mut Vec4
     }
     let p = point(position);
     let carried = p + transform_point(&carry, p);
-    let drawn = carried + (linear - carried) * (anchor * (1.0 - track.contact));
+    let way = linear - carried;
+    let away = way.dot(way).sqrt() / target.normal_rest.w.max(LEAST_AWAY);
+    let drawn = carried + way * pull(anchor * (1.0 - track.contact), away);
     *position = if is_finite(drawn) { drawn } else { linear }.extend(1.0);
 }
+
+/// How far a vertex is drawn to linear skinning, 0..=1, that is `away` from it in the distance from which it counts as lost
+/// ([`VertexTarget::normal_rest`]): by its anchor, and further where it is lost, pressed or not. Where bones pass through each other
+/// skin is torn along them, every vertex on its own surface, and neither the field nor the relaxation untangles it.
+fn pull(anchor: f32, away: f32) -> f32 {
+    anchor + (LOST_PULL - anchor).max(0.0) * (away - 1.0).clamp(0.0, 1.0)
+}
+
+/// How far a sub-pose draws a vertex that is lost wholly, at twice that distance.
+pub(crate) const LOST_PULL: f32 = 0.3;
+/// The least such distance, metres.
+pub(crate) const LEAST_AWAY: f32 = 1e-6;
 
 /// The frames through which vertices see the groups of their reaches: joints blended, and drawn to another one's beside
 /// hips and opening shoulders (prototypes 5). One place per reach.

@@ -25,7 +25,7 @@ pub use path::{Path, SubPose, TrackJoint, Way};
 pub use relax::{RelaxInput, slide, span, turn};
 
 #[cfg(feature = "gpu")]
-pub(crate) use carry::{OPEN_FROM, OPEN_RANGE};
+pub(crate) use carry::{LEAST_AWAY, LOST_PULL, OPEN_FROM, OPEN_RANGE};
 #[cfg(feature = "gpu")]
 pub(crate) use fold::{FOLD_GAIN, LEAST_FOLD_WEIGHT};
 #[cfg(feature = "gpu")]

@@ -197,10 +197,14 @@ fn places_are_inverse_blends_and_gates_let_the_other_joint_in() {
     assert!(near(placed(&joints, gated), first), "and not on the side that it goes to");
 }
 
+/// Metres from linear skinning at which a carried vertex is lost.
+const LOST_FROM: f32 = 0.04;
+
 /// Vertices between two joints: active ones, a passive one and a copy.
 fn carried(joints: &[TrackJoint], way: &Way, positions: &mut [Vec4], tracks: &mut [Track]) {
     let rest: Vec<Vec4> = AXES[..4].iter().map(|p| p.extend(1.0)).collect();
-    let role = |role: Role| VertexTarget { role: role as u32, ..VertexTarget::default() };
+    let normal_rest = Vec3::X.extend(LOST_FROM);
+    let role = |role: Role| VertexTarget { role: role as u32, normal_rest, ..VertexTarget::default() };
     let targets = [role(Role::Active), role(Role::Active), role(Role::Passive), role(Role::Copy)];
     let influences = [0, 1, 0, 1, 0, 1, 0].map(|joint| Influence { joint, weight: 0.5 });
     let input = CarryInput {
@@ -245,6 +249,20 @@ fn the_anchor_draws_by_its_share() {
         assert!((positions[0] - AXES[0].extend(1.0) - left).length() < 1e-7, "turn {turn}, contact {contact}");
         assert_eq!(positions[1], AXES[1].extend(1.0), "what broke follows linear skinning");
         assert_eq!(positions[2], AXES[2].extend(1.0), "what is passive too");
+    }
+}
+
+#[test]
+fn what_is_far_from_linear_skinning_is_drawn_there_though_pressed() {
+    let still = [joint(Mat4::IDENTITY, Mat4::IDENTITY); 2];
+    // Up to the distance not at all, at half as much again by half of the pull, from twice as much on by all of it.
+    for (away, share) in [(0.9, 0.0), (1.0, 0.0), (1.5, 0.5), (2.0, 1.0), (7.0, 1.0)] {
+        let drift = Vec4::new(0.0, 0.0, LOST_FROM * away, 0.0);
+        let mut positions: Vec<Vec4> = AXES[..4].iter().map(|p| p.extend(1.0) + drift).collect();
+        let mut tracks = vec![Track { contact: 1.0, ..Track::REST }; 4];
+        carried(&still, &Way { count: 1, turn: 1.0, posed: 1 }, &mut positions, &mut tracks);
+        let left = drift * (1.0 - carry::LOST_PULL * share);
+        assert!((positions[0] - AXES[0].extend(1.0) - left).length() < 1e-6, "{away}: {}", positions[0]);
     }
 }
 
