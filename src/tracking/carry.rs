@@ -77,7 +77,8 @@ fn pull(anchor: f32, away: f32) -> f32 {
     anchor + (LOST_PULL - anchor).max(0.0) * (away - 1.0).clamp(0.0, 1.0)
 }
 
-/// How far a sub-pose draws a vertex that is lost wholly, at twice that distance.
+/// How far a sub-pose draws a vertex that is lost wholly, at twice that distance: whatever its joints turn, unlike the anchor, so that
+/// slow motion finds back too.
 pub(crate) const LOST_PULL: f32 = 0.3;
 /// The least such distance, metres.
 pub(crate) const LEAST_AWAY: f32 = 1e-6;
